@@ -1,0 +1,44 @@
+"""Design, simulate, certify and check open-loop runs of magnetic helical devices under a rotating permanent magnet."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from helimag.errors import FileError, HelimagError, InputError, MissingExtra, RunError
+    from helimag.gain import Verdict
+    from helimag.hydrodynamics import resistance
+    from helimag.scenario import Scenario, load, preset_names
+    from helimag.simulation import simulate, simulate_many
+    from helimag.trajectory import Trajectory
+
+# public name -> module; imported on first use, so that "helimag --help" and "import helimag" stay instant
+_HOMES = {
+    "FileError": "errors",
+    "HelimagError": "errors",
+    "InputError": "errors",
+    "MissingExtra": "errors",
+    "RunError": "errors",
+    "Scenario": "scenario",
+    "Trajectory": "trajectory",
+    "Verdict": "gain",
+    "load": "scenario",
+    "preset_names": "scenario",
+    "resistance": "hydrodynamics",
+    "simulate": "simulation",
+    "simulate_many": "simulation",
+}
+
+__all__ = list(_HOMES)  # noqa: PLE0605
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'helimag' has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"helimag.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,510 @@
+"""The time loop: DOP853 with error control, events and running statistics, one Warp thread a run.
+
+Each run advances on its own clock from sample to sample. A launch takes a batch through a few samples only and leaves
+in ``Progress`` all that is needed to go on, so that the host can report, be interrupted, and continue.
+
+The magnet model is chosen when a kernel is built, not by a branch in the loop: see :func:`build_advance`.
+"""
+
+from collections.abc import Callable
+from enum import IntEnum
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from helimag import _tableau as tab
+from helimag.physics.balance import Body, balance_rates
+from helimag.physics.kinematics import (
+    Drive,
+    RpmPose,
+    State,
+    attack_sine,
+    head_position,
+    normalized,
+    rotation_matrix,
+    rpm_pose,
+)
+from helimag.physics.magnetics import Magnet
+
+ZERO = wp.constant(wp.float64(0.0))
+HALF = wp.constant(wp.float64(0.5))
+ONE = wp.constant(wp.float64(1.0))
+COMPONENTS = wp.constant(wp.float64(7.0))
+LOW_SHARE = wp.constant(wp.float64(0.01))  # of the order-3 estimate in DOP853's blend
+SAFETY = wp.constant(
+    wp.float64(0.8)
+)  # these three: fewest trial steps on the reference runs (benchmarks/step_control.py)
+SHRINK = wp.constant(wp.float64(0.2))
+GROW = wp.constant(wp.float64(1.1))
+EXPONENT = wp.constant(wp.float64(-0.125))  # the error estimate scales as h^8
+SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that the numbers are broken
+EVENT_TIME = wp.constant(wp.float64(1e-6))  # s; events are located to this
+
+
+class Status(IntEnum):
+    """How a run stands."""
+
+    RUNNING = 0
+    HORIZON = 1
+    CONTACT = 2
+    FALL = 3
+    FLOOR = 4
+    SURFACE = 5
+    WALL = 6
+    NOT_FINITE = 7
+
+
+RUNNING, HORIZON, CONTACT, FALL, FLOOR, SURFACE, WALL, NOT_FINITE = (wp.constant(int(s)) for s in Status)
+
+# Written at each sample: state (7), turns slipped so far; then, over the interval that ends there, lowest and highest
+# head and the time means of height, attack angle and its square.
+Record = wp.types.vector(length=13, dtype=wp.float64)
+
+
+@wp.struct
+class Bounds:
+    """Where a run ends, lab frame, m; infinite where nothing is there."""
+
+    contact: wp.float64  # between the centres of head and magnet
+    fall: wp.float64  # height of the head
+    low: wp.vec3d
+    high: wp.vec3d
+    tail: wp.float64  # from the head's centre back to the end of the helix
+    head_radius: wp.float64
+    tail_radius: wp.float64
+
+
+@wp.struct
+class Clock:
+    """Times (s) and tolerance of one run."""
+
+    interval: wp.float64
+    duration: wp.float64
+    longest: wp.float64
+    tolerance: wp.float64  # of one step, in quaternion components and in positions over ``length``
+    length: wp.float64  # m
+
+
+@wp.struct
+class Progress:
+    """Where one run stands between launches. A slip is a passage of the field behind the moment after one in front of it."""
+
+    time: wp.float64
+    step: wp.float64
+    state: State
+    status: wp.int32
+    slips: wp.int32
+    locked: wp.int32  # whether the moment has been within a quarter turn of the field since the last slip
+    lag: wp.vec2d
+    steps: wp.int32
+    rejected: wp.int32
+
+
+@wp.struct
+class Interval:
+    """Running statistics between two samples: extremes of height, time integrals by the trapezoidal rule."""
+
+    low: wp.float64
+    high: wp.float64
+    height: wp.float64
+    attack: wp.float64
+    square: wp.float64
+    begin: wp.float64
+
+
+@wp.func
+def interval_from(t: wp.float64, state: State) -> Interval:
+    stats = Interval()
+    stats.low = state[2]
+    stats.high = state[2]
+    stats.begin = t
+    return stats
+
+
+@wp.func
+def interval_with(stats: Interval, dt: wp.float64, old: State, new: State) -> Interval:
+    """The statistics with one more step in them."""
+    a = wp.asin(wp.clamp(attack_sine(old), -ONE, ONE))
+    b = wp.asin(wp.clamp(attack_sine(new), -ONE, ONE))
+    stats.low = wp.min(stats.low, new[2])
+    stats.high = wp.max(stats.high, new[2])
+    stats.height += HALF * dt * (old[2] + new[2])
+    stats.attack += HALF * dt * (a + b)
+    stats.square += HALF * dt * (a * a + b * b)
+    return stats
+
+
+@wp.func
+def record_of(stats: Interval, t: wp.float64, state: State, slips: int) -> Record:
+    height = state[2]
+    attack = wp.asin(wp.clamp(attack_sine(state), -ONE, ONE))
+    square = attack * attack
+    span = t - stats.begin
+    if span > ZERO:
+        height = stats.height / span
+        attack = stats.attack / span
+        square = stats.square / span
+    return Record(
+        state[0],
+        state[1],
+        state[2],
+        state[3],
+        state[4],
+        state[5],
+        state[6],
+        wp.float64(slips),
+        stats.low,
+        stats.high,
+        height,
+        attack,
+        square,
+    )
+
+
+@wp.func
+def error_norm(low: State, high: State, h: wp.float64, clock: Clock) -> wp.float64:
+    """DOP853's blend of its two error estimates: a root mean square in units of the tolerance."""
+    low_sum = wp.float64(0.0)
+    high_sum = wp.float64(0.0)
+    for i in range(7):
+        unit = clock.tolerance
+        if i < 3:
+            unit = clock.tolerance * clock.length
+        low_sum += (low[i] / unit) * (low[i] / unit)
+        high_sum += (high[i] / unit) * (high[i] / unit)
+    if high_sum == ZERO:
+        return ZERO
+    return wp.abs(h) * high_sum / wp.sqrt((high_sum + LOW_SHARE * low_sum) * COMPONENTS)
+
+
+@wp.func
+def lag_vector(field: wp.vec3d, state: State) -> wp.vec2d:
+    """Field across the long axis (T), along the moment and a quarter turn ahead: its angle is the phase lag."""
+    body_field = wp.transpose(rotation_matrix(state)) * field
+    return wp.vec2d(body_field[1], body_field[2])
+
+
+@wp.func
+def passed_behind(old: wp.vec2d, new: wp.vec2d) -> bool:
+    """Whether the field went through the direction opposite to the moment between two lag vectors."""
+    return old[0] < ZERO and new[0] < ZERO and old[1] * new[1] <= ZERO
+
+
+@wp.func
+def clearance(bounds: Bounds, magnets: wp.array(dtype=Magnet), pose: RpmPose, state: State):
+    """Least distance (m) to anything that ends the run, and which status that would be."""
+    head = head_position(state)
+    rotation = rotation_matrix(state)
+    tail = head - bounds.tail * wp.vec3d(rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    least = head[2] - bounds.fall
+    kind = int(FALL)
+    for j in range(magnets.shape[0]):
+        gap = wp.length(head - pose.position - pose.rotation * magnets[j].offset) - bounds.contact
+        if gap < least:
+            least = gap
+            kind = int(CONTACT)
+    for i in range(3):
+        below = wp.min(head[i] - bounds.head_radius, tail[i] - bounds.tail_radius) - bounds.low[i]
+        above = bounds.high[i] - wp.max(head[i] + bounds.head_radius, tail[i] + bounds.tail_radius)
+        if below < least:
+            least = below
+            kind = int(WALL)
+            if i == 2:
+                kind = int(FLOOR)
+        if above < least:
+            least = above
+            kind = int(WALL)
+            if i == 2:
+                kind = int(SURFACE)
+    return least, kind
+
+
+def build_load(magnet_model: Callable[..., Any]) -> wp.Function:
+    """Make the function that sums field (T) and force (N) of all magnets on a moment ``m`` at ``head``."""
+
+    @wp.func
+    def load(magnets: wp.array(dtype=Magnet), pose: RpmPose, head: wp.vec3d, m: wp.vec3d):
+        field = wp.vec3d()
+        force = wp.vec3d()
+        for j in range(magnets.shape[0]):
+            r = head - pose.position - pose.rotation * magnets[j].offset
+            field_j, force_j = magnet_model(magnets[j], r, pose.moment_axis, m)
+            field += field_j
+            force += force_j
+        return field, force
+
+    return load
+
+
+def build_rates(load: wp.Function) -> wp.Function:
+    """Make the right-hand side of the equations of motion for this magnet model."""
+
+    @wp.func
+    def rates(body: Body, drive: Drive, magnets: wp.array(dtype=Magnet), t: wp.float64, state: State) -> State:
+        rotation = rotation_matrix(state)
+        m = body.magnetic_moment * wp.vec3d(rotation[0, 1], rotation[1, 1], rotation[2, 1])
+        field, force = load(magnets, rpm_pose(drive, t), head_position(state), m)
+        return balance_rates(body, state, force, field)
+
+    return rates
+
+
+def build_trial(rates: wp.Function) -> wp.Function:
+    """Make the function that tries one step: new state, and its error in units of the tolerance."""
+
+    @wp.func
+    def trial(
+        body: Body,
+        drive: Drive,
+        magnets: wp.array(dtype=Magnet),
+        clock: Clock,
+        t: wp.float64,
+        h: wp.float64,
+        state: State,
+        k0: State,
+    ):
+        k1 = rates(body, drive, magnets, t + tab.C1 * h, state + h * (tab.A1_0 * k0))
+        k2 = rates(body, drive, magnets, t + tab.C2 * h, state + h * (tab.A2_0 * k0 + tab.A2_1 * k1))
+        k3 = rates(body, drive, magnets, t + tab.C3 * h, state + h * (tab.A3_0 * k0 + tab.A3_2 * k2))
+        k4 = rates(body, drive, magnets, t + tab.C4 * h, state + h * (tab.A4_0 * k0 + tab.A4_2 * k2 + tab.A4_3 * k3))
+        k5 = rates(body, drive, magnets, t + tab.C5 * h, state + h * (tab.A5_0 * k0 + tab.A5_3 * k3 + tab.A5_4 * k4))
+        k6 = rates(
+            body,
+            drive,
+            magnets,
+            t + tab.C6 * h,
+            state + h * (tab.A6_0 * k0 + tab.A6_3 * k3 + tab.A6_4 * k4 + tab.A6_5 * k5),
+        )
+        k7 = rates(
+            body,
+            drive,
+            magnets,
+            t + tab.C7 * h,
+            state + h * (tab.A7_0 * k0 + tab.A7_3 * k3 + tab.A7_4 * k4 + tab.A7_5 * k5 + tab.A7_6 * k6),
+        )
+        k8 = rates(
+            body,
+            drive,
+            magnets,
+            t + tab.C8 * h,
+            state + h * (tab.A8_0 * k0 + tab.A8_3 * k3 + tab.A8_4 * k4 + tab.A8_5 * k5 + tab.A8_6 * k6 + tab.A8_7 * k7),
+        )
+        k9 = rates(
+            body,
+            drive,
+            magnets,
+            t + tab.C9 * h,
+            state
+            + h
+            * (
+                tab.A9_0 * k0
+                + tab.A9_3 * k3
+                + tab.A9_4 * k4
+                + tab.A9_5 * k5
+                + tab.A9_6 * k6
+                + tab.A9_7 * k7
+                + tab.A9_8 * k8
+            ),
+        )
+        k10 = rates(
+            body,
+            drive,
+            magnets,
+            t + tab.C10 * h,
+            state
+            + h
+            * (
+                tab.A10_0 * k0
+                + tab.A10_3 * k3
+                + tab.A10_4 * k4
+                + tab.A10_5 * k5
+                + tab.A10_6 * k6
+                + tab.A10_7 * k7
+                + tab.A10_8 * k8
+                + tab.A10_9 * k9
+            ),
+        )
+        k11 = rates(
+            body,
+            drive,
+            magnets,
+            t + tab.C11 * h,
+            state
+            + h
+            * (
+                tab.A11_0 * k0
+                + tab.A11_3 * k3
+                + tab.A11_4 * k4
+                + tab.A11_5 * k5
+                + tab.A11_6 * k6
+                + tab.A11_7 * k7
+                + tab.A11_8 * k8
+                + tab.A11_9 * k9
+                + tab.A11_10 * k10
+            ),
+        )
+        new = state + h * (
+            tab.B0 * k0
+            + tab.B5 * k5
+            + tab.B6 * k6
+            + tab.B7 * k7
+            + tab.B8 * k8
+            + tab.B9 * k9
+            + tab.B10 * k10
+            + tab.B11 * k11
+        )
+        low = (
+            tab.L0 * k0
+            + tab.L5 * k5
+            + tab.L6 * k6
+            + tab.L7 * k7
+            + tab.L8 * k8
+            + tab.L9 * k9
+            + tab.L10 * k10
+            + tab.L11 * k11
+        )
+        high = (
+            tab.H0 * k0
+            + tab.H5 * k5
+            + tab.H6 * k6
+            + tab.H7 * k7
+            + tab.H8 * k8
+            + tab.H9 * k9
+            + tab.H10 * k10
+            + tab.H11 * k11
+        )
+        return normalized(new), error_norm(low, high, h, clock)
+
+    return trial
+
+
+@wp.func
+def rescaled(step: wp.float64, error: wp.float64) -> wp.float64:
+    """The step that would just meet the tolerance, with a margin; a fifth where the error is not a number."""
+    if not wp.isfinite(error):
+        return SHRINK * step
+    return step * wp.max(SAFETY * wp.pow(wp.max(error, wp.float64(1e-9)), EXPONENT), SHRINK)
+
+
+def build_to_sample(magnet_model: Callable[..., Any]) -> wp.Function:
+    """Make the function that steps one run to its next sample, or to the event that ends it."""
+    load = build_load(magnet_model)
+    rates = build_rates(load)
+    trial = build_trial(rates)
+
+    @wp.func
+    def to_sample(
+        body: Body,
+        drive: Drive,
+        magnets: wp.array(dtype=Magnet),
+        clock: Clock,
+        bounds: Bounds,
+        end: wp.float64,
+        p: Progress,
+    ):
+        stats = interval_from(p.time, p.state)
+        k0 = rates(body, drive, magnets, p.time, p.state)
+        while p.time < end and p.status == RUNNING:
+            # equal steps to the sample, so that landing on it never costs a tiny one
+            count = wp.ceil((end - p.time) / wp.min(p.step, clock.longest))
+            dt = (end - p.time) / count
+            new, error = trial(body, drive, magnets, clock, p.time, dt, p.state, k0)
+            if error <= ONE:
+                t = p.time + dt
+                if count == ONE:
+                    t = end
+                pose = rpm_pose(drive, t)
+                least, kind = clearance(bounds, magnets, pose, new)
+                if least < ZERO and dt > EVENT_TIME:
+                    p.step = HALF * dt
+                else:
+                    if least < ZERO:
+                        p.status = kind
+                    field, force = load(magnets, pose, head_position(new), wp.vec3d())
+                    lag = lag_vector(field, new)
+                    if lag[0] > ZERO:
+                        p.locked = 1
+                    if p.locked == 1 and passed_behind(p.lag, lag):
+                        p.slips += 1
+                        p.locked = 0
+                    p.lag = lag
+                    stats = interval_with(stats, dt, p.state, new)
+                    p.step = wp.min(rescaled(dt, error), GROW * p.step)
+                    p.time = t
+                    p.state = new
+                    p.steps += 1
+                    k0 = rates(body, drive, magnets, t, new)
+            else:
+                p.step = wp.min(rescaled(dt, error), HALF * dt)
+                p.rejected += 1
+                if p.step < SHORTEST:
+                    p.status = NOT_FINITE
+        return p, record_of(stats, p.time, p.state, p.slips)
+
+    return to_sample
+
+
+@cache
+def build_advance(magnet_model: Callable[..., Any]) -> wp.Kernel:
+    """Make the kernel that takes a batch of runs from sample ``first`` up to, not with, sample ``last``.
+
+    ``magnet_model(magnet, r, axis, m)`` returns field (T) and force (N) of one magnet at ``r`` (m) from it, its moment
+    along the unit vector ``axis``, on the moment ``m`` (A m^2): see :mod:`helimag.physics.magnetics`.
+    """
+    to_sample = build_to_sample(magnet_model)
+
+    @wp.kernel(enable_backward=False, module="unique")
+    def advance(
+        bodies: wp.array(dtype=Body),
+        drives: wp.array(dtype=Drive),
+        magnets: wp.array2d(dtype=Magnet),
+        clocks: wp.array(dtype=Clock),
+        bounds: wp.array(dtype=Bounds),
+        first: int,
+        last: int,
+        progress: wp.array(dtype=Progress),
+        records: wp.array2d(dtype=Record),
+    ):
+        run = wp.tid()
+        p = progress[run]
+        clock = clocks[run]
+        sample = int(first)
+        while sample < last and p.status == RUNNING:
+            end = wp.min(wp.float64(sample) * clock.interval, clock.duration)
+            p, record = to_sample(bodies[run], drives[run], magnets[run], clock, bounds[run], end, p)
+            records[run, sample - first] = record
+            if p.status == RUNNING and p.time >= clock.duration:
+                p.status = HORIZON
+            sample += 1
+        progress[run] = p
+
+    return advance
+
+
+@cache
+def build_observe(magnet_model: Callable[..., Any]) -> wp.Kernel:
+    """Make the kernel that adds to sampled states what else a trajectory holds: RPM pose, field and phase lag."""
+    load = build_load(magnet_model)
+
+    @wp.kernel(enable_backward=False, module="unique")
+    def observe(
+        drives: wp.array(dtype=Drive),
+        magnets: wp.array(dtype=Magnet),
+        times: wp.array(dtype=wp.float64),
+        states: wp.array(dtype=State),
+        positions: wp.array(dtype=wp.vec3d),
+        moment_axes: wp.array(dtype=wp.vec3d),
+        fields: wp.array(dtype=wp.vec3d),
+        lags: wp.array(dtype=wp.float64),
+    ):
+        i = wp.tid()
+        pose = rpm_pose(drives[0], times[i])
+        field, force = load(magnets, pose, head_position(states[i]), wp.vec3d())
+        lag = lag_vector(field, states[i])
+        positions[i] = pose.position
+        moment_axes[i] = pose.moment_axis
+        fields[i] = field
+        lags[i] = wp.atan2(lag[1], lag[0])
+
+    return observe

@@ -1,0 +1,143 @@
+"""From scenarios to the arrays of structures that the kernels take."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag import _integrate as loop
+from helimag.hydrodynamics import mobility, net_weight, resistance
+from helimag.physics import magnetics
+from helimag.physics.balance import Body
+from helimag.physics.kinematics import Drive
+from helimag.scenario import Magnet as MagnetModel
+from helimag.scenario import Scenario
+
+Floats = NDArray[np.float64]
+
+FALL_LIMIT = 2.0  # of the initial gap: a device this far below its start is not followed further
+
+
+def initial_gap(scenario: Scenario) -> float:
+    """Input u of the gain: height difference of RPM and device at the start (m), eq. (5)."""
+    return abs(float(arm_position(scenario)[2]) - scenario.drive.start[2])
+
+
+def arm_position(scenario: Scenario) -> Floats:
+    """Position of the RPM at t = 0 in the lab frame (m): eq. (1) with pitch read about the origin or about the magnet."""
+    drive = scenario.drive
+    position = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
+    if drive.pitch_about == "magnet":
+        return position
+    cos, sin = math.cos(drive.pitch), math.sin(drive.pitch)
+    return np.array([cos * position[0] - sin * position[2], position[1], sin * position[0] + cos * position[2]])
+
+
+def structs(kind: type, rows: list[dict[str, object]]) -> NDArray[np.void]:
+    """Pack rows of field values into an array of a Warp structure."""
+    packed = np.zeros(len(rows), dtype=kind.numpy_dtype())  # type: ignore[attr-defined]
+    for i, row in enumerate(rows):
+        for name, value in row.items():
+            packed[name][i] = value
+    return packed
+
+
+def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
+    """Devices as the kernels take them."""
+    rows = []
+    for scenario in scenarios:
+        force, moment = net_weight(scenario.device, scenario.fluid)
+        rows.append(
+            {
+                "magnetic_moment": scenario.device.magnetic_moment,
+                "net_weight": force,
+                "weight_moment": moment,
+                "mobility": mobility(resistance(scenario.device, scenario.fluid)),
+            }
+        )
+    return structs(Body, rows)
+
+
+def pack_drives(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
+    """Drives as the kernels take them."""
+    return structs(
+        Drive,
+        [
+            {
+                "arm": arm_position(scenario),
+                "velocity": scenario.drive.velocity,
+                "yaw_rate": scenario.drive.yaw_rate,
+                "spin_rate": 2.0 * math.pi * scenario.drive.frequency,
+                "cos_pitch": math.cos(scenario.drive.pitch),
+                "sin_pitch": math.sin(scenario.drive.pitch),
+            }
+            for scenario in scenarios
+        ],
+    )
+
+
+def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
+    """Magnets as the kernels take them: (runs, magnets), a scenario with fewer than the others padded by null moments."""
+    most = max(len(scenario.magnet) for scenario in scenarios)
+    rows: list[dict[str, object]] = []
+    for scenario in scenarios:
+        for magnet in scenario.magnet:
+            rows.append({"offset": magnet.offset, "moment": magnet.moment, "multipoles": multipoles(magnet)})
+        rows += [{"offset": (0.0, 0.0, 0.0)}] * (most - len(scenario.magnet))
+    return structs(magnetics.Magnet, rows).reshape(len(scenarios), most)
+
+
+def multipoles(magnet: MagnetModel) -> Floats:
+    """Axial multipole moments of a cylinder magnetised along its axis, by order (A m^(order + 1)).
+
+    Its ends are discs of opposite charge; order n is the mean of r^n P_n over a disc, over half the height, times the moment.
+    """
+    orders = int(magnetics.HIGHEST_ORDER) + 1
+    half = magnet.height / 2.0
+    nodes, weights = np.polynomial.legendre.leggauss(orders)
+    distance = np.hypot(half, magnet.radius * np.sqrt((1.0 + nodes) / 2.0))
+    legendre = np.polynomial.legendre.legvander(half / distance, orders - 1)
+    powers = distance[:, None] ** np.arange(orders)
+    moments = magnet.moment / half * (weights / 2.0) @ (powers * legendre)
+    moments[::2] = 0.0
+    return np.asarray(moments)
+
+
+def pack_clocks(scenarios: Sequence[Scenario], tolerance: float) -> NDArray[np.void]:
+    return structs(
+        loop.Clock,
+        [
+            {
+                "interval": scenario.run.sample_interval,
+                "duration": scenario.run.duration,
+                "longest": 1.0 / (8.0 * abs(scenario.drive.frequency)),
+                "tolerance": tolerance,
+                "length": scenario.device.helix.length,
+            }
+            for scenario in scenarios
+        ],
+    )
+
+
+def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
+    return structs(
+        loop.Bounds,
+        [
+            {
+                "contact": scenario.contact_distance,
+                "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
+                "low": scenario.workspace.box[0],
+                "high": scenario.workspace.box[1],
+                "tail": scenario.device.head.reach + scenario.device.helix.length,
+                "head_radius": scenario.device.head.radius,
+                "tail_radius": scenario.device.helix.outer_diameter / 2.0,
+            }
+            for scenario in scenarios
+        ],
+    )
+
+
+def start_state(scenario: Scenario) -> Floats:
+    """Where every run begins: at ``drive.start``, the long axis along x (7,)."""
+    return np.array([*scenario.drive.start, 1.0, 0.0, 0.0, 0.0])

@@ -1,0 +1,113 @@
+"""Coefficients of the explicit Runge-Kutta pair DOP853: order 8, with error estimates of order 5 and 3.
+
+Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, sec. II.10.
+``Ai_j`` weighs stage j in the argument of stage i, ``Ci`` is that stage's time, ``Bj`` weighs stage j in the result,
+``Lj`` and ``Hj`` in the estimates of order 3 and 5. Stages count from 0; absent weights are zero.
+"""
+
+import warp as wp
+
+
+def weight(value: float) -> wp.float64:
+    return wp.constant(wp.float64(value))
+
+
+C1 = weight(0.05260015195876773)
+C2 = weight(0.0789002279381516)
+C3 = weight(0.1183503419072274)
+C4 = weight(0.2816496580927726)
+C5 = weight(1.0 / 3.0)
+C6 = weight(0.25)
+C7 = weight(4.0 / 13.0)
+C8 = weight(0.6512820512820513)
+C9 = weight(0.6)
+C10 = weight(6.0 / 7.0)
+C11 = weight(1.0)
+
+A1_0 = weight(0.05260015195876773)
+
+A2_0 = weight(0.0197250569845379)
+A2_1 = weight(0.0591751709536137)
+
+A3_0 = weight(0.02958758547680685)
+A3_2 = weight(0.08876275643042054)
+
+A4_0 = weight(0.2413651341592667)
+A4_2 = weight(-0.8845494793282861)
+A4_3 = weight(0.924834003261792)
+
+A5_0 = weight(0.037037037037037035)
+A5_3 = weight(0.17082860872947386)
+A5_4 = weight(0.12546768756682242)
+
+A6_0 = weight(0.037109375)
+A6_3 = weight(0.17025221101954405)
+A6_4 = weight(0.06021653898045596)
+A6_5 = weight(-0.017578125)
+
+A7_0 = weight(0.03709200011850479)
+A7_3 = weight(0.17038392571223998)
+A7_4 = weight(0.10726203044637328)
+A7_5 = weight(-0.015319437748624402)
+A7_6 = weight(0.008273789163814023)
+
+A8_0 = weight(0.6241109587160757)
+A8_3 = weight(-3.3608926294469414)
+A8_4 = weight(-0.868219346841726)
+A8_5 = weight(27.59209969944671)
+A8_6 = weight(20.154067550477894)
+A8_7 = weight(-43.48988418106996)
+
+A9_0 = weight(0.47766253643826434)
+A9_3 = weight(-2.4881146199716677)
+A9_4 = weight(-0.590290826836843)
+A9_5 = weight(21.230051448181193)
+A9_6 = weight(15.279233632882423)
+A9_7 = weight(-33.28821096898486)
+A9_8 = weight(-0.020331201708508627)
+
+A10_0 = weight(-0.9371424300859873)
+A10_3 = weight(5.186372428844064)
+A10_4 = weight(1.0914373489967295)
+A10_5 = weight(-8.149787010746927)
+A10_6 = weight(-18.52006565999696)
+A10_7 = weight(22.739487099350505)
+A10_8 = weight(2.4936055526796523)
+A10_9 = weight(-3.0467644718982196)
+
+A11_0 = weight(2.273310147516538)
+A11_3 = weight(-10.53449546673725)
+A11_4 = weight(-2.0008720582248625)
+A11_5 = weight(-17.9589318631188)
+A11_6 = weight(27.94888452941996)
+A11_7 = weight(-2.8589982771350235)
+A11_8 = weight(-8.87285693353063)
+A11_9 = weight(12.360567175794303)
+A11_10 = weight(0.6433927460157636)
+
+B0 = weight(0.054293734116568765)
+B5 = weight(4.450312892752409)
+B6 = weight(1.8915178993145003)
+B7 = weight(-5.801203960010585)
+B8 = weight(0.3111643669578199)
+B9 = weight(-0.1521609496625161)
+B10 = weight(0.20136540080403034)
+B11 = weight(0.04471061572777259)
+
+L0 = weight(-0.18980075407240762)
+L5 = weight(4.450312892752409)
+L6 = weight(1.8915178993145003)
+L7 = weight(-5.801203960010585)
+L8 = weight(-0.4226823213237919)
+L9 = weight(-0.1521609496625161)
+L10 = weight(0.20136540080403034)
+L11 = weight(0.02265179219836082)
+
+H0 = weight(0.01312004499419488)
+H5 = weight(-1.2251564463762044)
+H6 = weight(-0.4957589496572502)
+H7 = weight(1.6643771824549864)
+H8 = weight(-0.35032884874997366)
+H9 = weight(0.3341791187130175)
+H10 = weight(0.08192320648511571)
+H11 = weight(-0.022355307863886294)

@@ -1,0 +1,21 @@
+"""What can go wrong, by name. Each error is also the builtin that fits it, so either can be caught."""
+
+
+class HelimagError(Exception):
+    """Base of everything helimag raises on purpose."""
+
+
+class InputError(HelimagError, ValueError):
+    """A value, a file's content or a combination of values that helimag cannot use."""
+
+
+class FileError(HelimagError, OSError):
+    """A file that cannot be read or written."""
+
+
+class RunError(HelimagError, RuntimeError):
+    """A run whose numbers broke down although its input was valid."""
+
+
+class MissingExtra(HelimagError, ImportError):
+    """An optional dependency that is not installed."""

@@ -1,0 +1,180 @@
+"""Input-output gain (paper, eqs 5-6) and the verdict on a run, simulated or measured alike."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import InputError
+
+Floats = NDArray[np.float64]
+
+FALLEN = 0.5  # of the input: a head this far below its start and still sinking has lost the magnet
+SETTLED = 0.01  # of the input: how far the mean height of a settled run may still be expected to move
+STILL = 0.002  # of the input: a change between quarters too small to extrapolate
+PARTS = 20  # pieces that a run is cut into to see how its mean height develops
+
+
+class Verdict(StrEnum):
+    """What becomes of the device."""
+
+    BOUNDED = "bounded"
+    DRIFTING = "drifting"
+    ATTRACTED = "attracted"
+    FELL = "fell"
+    WALL_LIMITED = "wall-limited"
+
+
+class End(StrEnum):
+    """Why a run stopped."""
+
+    HORIZON = "horizon"
+    CONTACT = "contact"
+    FALL = "fall"
+    FLOOR = "floor"
+    SURFACE = "surface"
+    WALL = "wall"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heights:
+    """What a judgement needs of a run: samples, each with what happened since the sample before. All arrays (n,), SI.
+
+    A measured run, which knows nothing between its frames, gives its heights as ``low``, ``high`` and ``mean`` alike.
+    """
+
+    time: Floats
+    low: Floats
+    high: Floats
+    mean: Floats
+    attack: Floats
+    attack_square: Floats
+    slips: int
+    initial_gap: float
+    end: End
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judgement:
+    """Gain and verdict of a run (SI, radians)."""
+
+    gain: float
+    output: float
+    input: float
+    verdict: Verdict
+    reason: str
+    end_time: float
+    escape_time: float | None
+    slips: int
+    wobble: float
+    attack_angle: float
+
+
+def judge(run: Heights) -> Judgement:
+    """Gain and verdict of a run.
+
+    The input u is the initial height difference between device and magnet, the output y the range of heights that the
+    device covers, and the gain is y / u (eq. 6; the paper's y has the other sign). Mean and standard deviation of the
+    attack angle (wobble) are over the second half of the run, when the start has died out.
+
+    Raises
+    ------
+    InputError
+        Where the run has no samples, holds values that are not finite, or starts level with the magnet.
+    """
+    for name in ("time", "low", "high", "mean", "attack", "attack_square"):
+        values = getattr(run, name)
+        if values.size == 0 or not np.all(np.isfinite(values)):
+            raise InputError(f"a run must have samples of {name} that are all finite")
+    if not run.initial_gap > 0.0:
+        raise InputError("the gain needs a device that starts at another height than the magnet")
+    output = float(run.high.max() - run.low.min())
+    verdict, reason, escape_time = _verdict(run)
+    late = run.time >= run.time[0] + (run.time[-1] - run.time[0]) / 2.0
+    attack_angle = float(_time_mean(run, run.attack, late))
+    variance = float(_time_mean(run, run.attack_square, late)) - attack_angle**2
+    return Judgement(
+        gain=output / run.initial_gap,
+        output=output,
+        input=run.initial_gap,
+        verdict=verdict,
+        reason=reason,
+        end_time=float(run.time[-1]),
+        escape_time=escape_time,
+        slips=run.slips,
+        wobble=float(np.sqrt(max(variance, 0.0))),
+        attack_angle=attack_angle,
+    )
+
+
+def _time_mean(run: Heights, values: Floats, where: NDArray[np.bool_]) -> float:
+    """Mean over time of interval means: each sample stands for the interval that it ends."""
+    spans = np.diff(run.time, prepend=run.time[0])
+    if not spans[where].sum() > 0.0:
+        return float(values[where].mean())
+    return float(np.average(values[where], weights=spans[where]))
+
+
+def _verdict(run: Heights) -> tuple[Verdict, str, float | None]:
+    end_time = float(run.time[-1])
+    match run.end:
+        case End.CONTACT:
+            return Verdict.ATTRACTED, f"pulled into the magnet at {end_time:.1f} s", end_time
+        case End.FLOOR | End.SURFACE | End.WALL:
+            return Verdict.WALL_LIMITED, f"reached the {run.end.value} at {end_time:.1f} s", end_time
+    fallen_since = _fallen_since(run)
+    if fallen_since is not None:
+        drop = float(run.mean[0] - run.mean[-1])
+        share = drop / run.initial_gap
+        return (
+            Verdict.FELL,
+            f"fell behind at {fallen_since:.1f} s; at the end {1e3 * drop:.0f} mm down, {share:.2f} of the initial gap",
+            fallen_since,
+        )
+    return *_settled(run), None
+
+
+def _fallen_since(run: Heights) -> float | None:
+    """When the head passed the fallen line for good, if it ends below it and still sinks; None otherwise."""
+    line = run.mean[0] - FALLEN * run.initial_gap
+    if run.end is not End.FALL:
+        late = _part_means(run)[-2:]
+        if not (run.high[-1] < line and late[1] < late[0] - STILL * run.initial_gap):
+            return None
+    above = np.flatnonzero(run.high >= line)
+    return float(run.time[min(above[-1] + 1, run.time.size - 1)])
+
+
+def _part_means(run: Heights) -> Floats:
+    """Mean height in each of equally long pieces of the run."""
+    if not run.time[-1] > run.time[0]:
+        return np.full(PARTS, run.mean[0])
+    edges = np.linspace(run.time[0], run.time[-1], PARTS + 1)
+    integral = np.cumsum(np.diff(run.time, prepend=run.time[0]) * run.mean)
+    return np.diff(np.interp(edges, run.time, integral)) / np.diff(edges)
+
+
+def _settled(run: Heights) -> tuple[Verdict, str]:
+    """Whether the mean height approaches a limit: the changes between quarters shrink, and what is left of them is small.
+
+    With changes that shrink by a constant ratio r, the rest after the last change is change * r / (1 - r) (Aitken).
+    """
+    quarters = _part_means(run).reshape(4, -1)
+    _, before, last = np.diff(quarters.mean(axis=1))
+    ratio = last / before if before != 0.0 else 0.0
+    rest = abs(last) if abs(last) <= STILL * run.initial_gap or ratio < 0.0 else np.inf
+    if 0.0 <= ratio < 1.0:
+        rest = min(rest, abs(last) * ratio / (1.0 - ratio))
+    growth = float(np.ptp(quarters[3]) - np.ptp(quarters[2]))
+    end = f"inside for {run.time[-1]:.0f} s"
+    if growth > SETTLED * run.initial_gap:
+        return Verdict.DRIFTING, f"{end}, but the height swings ever more: {1e3 * growth:+.2f} mm in the last quarter"
+    if rest > SETTLED * run.initial_gap:
+        way = "rises" if last > 0.0 else "sinks"
+        left = "" if np.isinf(rest) else f", with {1e3 * rest:.2f} mm expected to follow"
+        return (
+            Verdict.DRIFTING,
+            f"{end}, but the mean height still {way}: {1e3 * last:+.2f} mm in the last quarter{left}",
+        )
+    return Verdict.BOUNDED, f"{end}; the mean height has settled: {1e3 * last:+.2f} mm in the last quarter"

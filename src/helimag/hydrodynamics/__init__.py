@@ -1,0 +1,67 @@
+"""From a device's geometry to its 6x6 resistance."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import InputError
+from helimag.hydrodynamics.heads import head_resistance
+from helimag.hydrodynamics.resistive_force import gray_hancock, helix_resistance, lighthill
+from helimag.scenario import Device, Fluid
+
+__all__ = ["mobility", "net_weight", "resistance"]
+
+STANDARD_GRAVITY = 9.80665  # m/s^2
+
+
+def resistance(device: Device, fluid: Fluid) -> NDArray[np.float64]:
+    """6x6 resistance of the device (SI), translation first, about the head's centre: helix plus head (eq. 7).
+
+    Raises
+    ------
+    InputError
+        Where the chosen model does not apply to the geometry, or a given matrix is not symmetric positive definite.
+    """
+    choice = device.hydrodynamics
+    if choice.resistance is not None:
+        return _positive_definite(np.array(choice.resistance))
+    coefficients = {"lighthill": lighthill, "gray-hancock": gray_hancock}[choice.model]
+    along, across = coefficients(device.helix, fluid.viscosity)
+    wire = helix_resistance(device.helix, device.head.reach, along, across)
+    return wire + head_resistance(device.head, fluid.viscosity)
+
+
+def mobility(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Inverse of a resistance, through scaling that keeps metres and radians from spoiling its condition."""
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    return scale[:, None] * np.linalg.inv(scale[:, None] * matrix * scale) * scale
+
+
+def net_weight(device: Device, fluid: Fluid) -> tuple[float, float]:
+    """Weight less buoyancy (N), and its moment about the head's centre: force times place along x (N m).
+
+    From parts, each part weighs (rho - rho_fluid) V g at its own centre: the statics behind eq. (8).
+    """
+    if device.weight.given is not None:
+        force, place = device.weight.given
+        return force, force * place
+    densities = device.weight.densities
+    if densities is None:
+        raise InputError("device.weight needs net_weight and gravity_center, or helix_density and head_density")
+    volumes = device.helix.volume, device.head.volume
+    places = -device.head.reach - device.helix.length / 2.0, 0.0
+    parts = [STANDARD_GRAVITY * (rho - fluid.density) * v for rho, v in zip(densities, volumes, strict=True)]
+    return math.fsum(parts), math.fsum(f * x for f, x in zip(parts, places, strict=True))
+
+
+def _positive_definite(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    diagonal = np.diag(matrix)
+    if not np.all(diagonal > 0.0):
+        raise InputError("device.hydrodynamics.resistance must have a positive diagonal")
+    scaled = matrix / np.sqrt(np.outer(diagonal, diagonal))
+    if not np.allclose(scaled, scaled.T, atol=1e-6):
+        raise InputError("device.hydrodynamics.resistance must be symmetric")
+    if not np.linalg.eigvalsh(scaled + scaled.T).min() > 0.0:
+        raise InputError("device.hydrodynamics.resistance must be positive definite: it must dissipate in every motion")
+    return matrix

@@ -1,0 +1,41 @@
+"""Quasi-static balance of force and torque on the device (eq. 4): loads in, velocities out."""
+
+import warp as wp
+
+from helimag.physics.kinematics import State, rotation_matrix, state_rates
+from helimag.physics.magnetics import magnetic_torque
+
+ZERO = wp.constant(wp.float64(0.0))
+
+
+@wp.struct
+class Body:
+    """A device as the kernels see it: SI, body frame, origin at the centre of the head, x towards the nose."""
+
+    magnetic_moment: wp.float64  # A m^2, along the body's y axis
+    net_weight: wp.float64  # N, weight less buoyancy, positive down
+    weight_moment: wp.float64  # N m, net weight times the place along x where it acts (eq. 8 from parts)
+    mobility: wp.spatial_matrixd  # inverse of the 6x6 resistance: (force, torque) to (velocity, angular velocity)
+
+
+@wp.func
+def gravity_torque(up: wp.vec3d, weight_moment: wp.float64) -> wp.vec3d:
+    """Torque (N m) of weight and buoyancy about the body origin; ``up`` is the lab's z axis in body components (eq. 8)."""
+    return wp.vec3d(ZERO, weight_moment * up[2], -weight_moment * up[1])
+
+
+@wp.func
+def balance_rates(body: Body, state: State, force: wp.vec3d, field: wp.vec3d) -> State:
+    """Rates of ``state`` under the magnetic ``force`` (N) and ``field`` (T), both in lab components: eq. (4) solved.
+
+    The magnetic torque m x B and gravity are added here; drag answers through the body's mobility.
+    """
+    rotation = rotation_matrix(state)
+    to_body = wp.transpose(rotation)
+    up = wp.vec3d(rotation[2, 0], rotation[2, 1], rotation[2, 2])
+    moment = wp.vec3d(ZERO, body.magnetic_moment, ZERO)
+    load = to_body * force - body.net_weight * up
+    torque = magnetic_torque(moment, to_body * field) + gravity_torque(up, body.weight_moment)
+    motion = body.mobility * wp.spatial_vectord(load[0], load[1], load[2], torque[0], torque[1], torque[2])
+    velocity = rotation * wp.vec3d(motion[0], motion[1], motion[2])
+    return state_rates(state, velocity, wp.vec3d(motion[3], motion[4], motion[5]))

@@ -1,0 +1,137 @@
+"""Where the rotating permanent magnet (RPM) is, which way it points, and how a body frame turns.
+
+Equations (1) to (3) of the paper, with the conventions of ``docs/conventions.md``. Every formula is a Warp function:
+kernels inline it, and Python may call it with Warp values (``wp.vec3d``, ``wp.float64``) or over arrays with
+:func:`helimag.physics.evaluate`.
+"""
+
+import warp as wp
+
+HALF = wp.constant(wp.float64(0.5))
+ONE = wp.constant(wp.float64(1.0))
+TWO = wp.constant(wp.float64(2.0))
+ZERO = wp.constant(wp.float64(0.0))
+
+# position of the head (3), then quaternion w, x, y, z rotating body to lab: the order of every state in helimag
+State = wp.types.vector(length=7, dtype=wp.float64)
+
+
+@wp.struct
+class Drive:
+    """What the arm does with the magnet, reduced to what the kernels need (all SI and radians).
+
+    ``arm`` is the RPM's position at t = 0 after pitch has acted on it, so both readings of pitch (about the lab origin
+    or about the magnet) are the same kernel.
+    """
+
+    arm: wp.vec3d
+    velocity: wp.vec3d
+    yaw_rate: wp.float64
+    spin_rate: wp.float64
+    cos_pitch: wp.float64
+    sin_pitch: wp.float64
+
+
+@wp.func
+def turn_z(v: wp.vec3d, cos_angle: wp.float64, sin_angle: wp.float64) -> wp.vec3d:
+    """Rotate ``v`` about the z axis by the angle of this cosine and sine: R_z of eq. (3)."""
+    return wp.vec3d(cos_angle * v[0] - sin_angle * v[1], sin_angle * v[0] + cos_angle * v[1], v[2])
+
+
+@wp.struct
+class RpmPose:
+    """The RPM at one instant, lab frame."""
+
+    position: wp.vec3d  # m
+    moment_axis: wp.vec3d  # unit vector
+    rotation: wp.mat33d  # R_a of eq. (3): arm frame to lab; its first column is the rotation axis
+
+
+@wp.func
+def rpm_rotation(cos_yaw: wp.float64, sin_yaw: wp.float64, cos_pitch: wp.float64, sin_pitch: wp.float64) -> wp.mat33d:
+    """R_a = R_z(yaw) R_y(-pitch), eq. (3), from cosines and sines: a positive pitch lifts the x axis."""
+    return wp.mat33d(
+        cos_yaw * cos_pitch,
+        -sin_yaw,
+        -cos_yaw * sin_pitch,
+        sin_yaw * cos_pitch,
+        cos_yaw,
+        -sin_yaw * sin_pitch,
+        sin_pitch,
+        ZERO,
+        cos_pitch,
+    )
+
+
+@wp.func
+def rpm_pose(drive: Drive, t: wp.float64) -> RpmPose:
+    """Pose of the RPM at time ``t`` (s), eqs (1)-(3), its moment at R_a (0, cos, sin) of the spin angle."""
+    yaw = drive.yaw_rate * t
+    spin = drive.spin_rate * t
+    cos_yaw = wp.cos(yaw)
+    sin_yaw = wp.sin(yaw)
+    pose = RpmPose()
+    pose.rotation = rpm_rotation(cos_yaw, sin_yaw, drive.cos_pitch, drive.sin_pitch)
+    pose.position = turn_z(drive.arm, cos_yaw, sin_yaw) + t * drive.velocity
+    pose.moment_axis = pose.rotation * wp.vec3d(ZERO, wp.cos(spin), wp.sin(spin))
+    return pose
+
+
+@wp.func
+def rotation_matrix(state: State) -> wp.mat33d:
+    """Matrix that takes body components to lab components, from the quaternion held in ``state[3:7]`` (w, x, y, z)."""
+    w = state[3]
+    x = state[4]
+    y = state[5]
+    z = state[6]
+    return wp.mat33d(
+        ONE - TWO * (y * y + z * z),
+        TWO * (x * y - w * z),
+        TWO * (x * z + w * y),
+        TWO * (x * y + w * z),
+        ONE - TWO * (x * x + z * z),
+        TWO * (y * z - w * x),
+        TWO * (x * z - w * y),
+        TWO * (y * z + w * x),
+        ONE - TWO * (x * x + y * y),
+    )
+
+
+@wp.func
+def state_rates(state: State, velocity: wp.vec3d, body_spin: wp.vec3d) -> State:
+    """Rates of a state: lab velocity of the head (m/s), and q' = q (0, omega) / 2 with omega in body components (rad/s)."""
+    w = state[3]
+    x = state[4]
+    y = state[5]
+    z = state[6]
+    a = HALF * body_spin[0]
+    b = HALF * body_spin[1]
+    c = HALF * body_spin[2]
+    return State(
+        velocity[0],
+        velocity[1],
+        velocity[2],
+        -x * a - y * b - z * c,
+        w * a + y * c - z * b,
+        w * b + z * a - x * c,
+        w * c + x * b - y * a,
+    )
+
+
+@wp.func
+def normalized(state: State) -> State:
+    """The same state with its quaternion brought back to unit length."""
+    scale = ONE / wp.sqrt(state[3] * state[3] + state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
+    return State(state[0], state[1], state[2], scale * state[3], scale * state[4], scale * state[5], scale * state[6])
+
+
+@wp.func
+def attack_sine(state: State) -> wp.float64:
+    """Sine of the angle of attack: height component of the long axis; negative points the nose down."""
+    return TWO * (state[4] * state[6] - state[3] * state[5])
+
+
+@wp.func
+def head_position(state: State) -> wp.vec3d:
+    """Centre of the head in the lab frame (m)."""
+    return wp.vec3d(state[0], state[1], state[2])

@@ -1,0 +1,120 @@
+"""Field, force and torque between the rotating permanent magnet and the device (eqs 4 and 9), and axis maps."""
+
+import warp as wp
+
+MU0_OVER_4PI = wp.constant(wp.float64(1e-7))  # T m / A, the value before 2019; today's differs by 5.5e-10 of it
+ZERO = wp.constant(wp.float64(0.0))
+HALF = wp.constant(wp.float64(0.5))
+ONE = wp.constant(wp.float64(1.0))
+THREE = wp.constant(wp.float64(3.0))
+FIVE = wp.constant(wp.float64(5.0))
+
+HIGHEST_ORDER = wp.constant(9)  # of the multipoles kept for a cylinder
+Multipoles = wp.types.vector(length=10, dtype=wp.float64)  # by order 0 ... 9, A m^(order + 1)
+
+
+@wp.struct
+class Magnet:
+    """One magnet on the arm."""
+
+    offset: wp.vec3d  # m, from the RPM's centre, in the arm's turning frame
+    moment: wp.float64  # A m^2
+    multipoles: Multipoles  # axial multipole moments; order 1 is the moment again
+
+
+@wp.func
+def dipole_field(r: wp.vec3d, moment: wp.vec3d) -> wp.vec3d:
+    """Flux density (T) at ``r`` (m) from a point dipole ``moment`` (A m^2) at the origin: eq. (9)."""
+    distance = wp.length(r)
+    axis = r / distance
+    return (MU0_OVER_4PI / (distance * distance * distance)) * (THREE * wp.dot(axis, moment) * axis - moment)
+
+
+@wp.func
+def dipole_force(r: wp.vec3d, moment: wp.vec3d, m: wp.vec3d) -> wp.vec3d:
+    """Force (N) on a dipole ``m`` at ``r`` (m) from a dipole ``moment`` at the origin: the gradient of m . B.
+
+    The closed form of (m . grad) B in eq. (4); Yung, Landecker and Villani, Magn. Electr. Sep. 9 (1998) 39.
+    """
+    distance = wp.length(r)
+    axis = r / distance
+    along_m = wp.dot(axis, m)
+    along_moment = wp.dot(axis, moment)
+    scale = THREE * MU0_OVER_4PI / (distance * distance * distance * distance)
+    return scale * (along_m * moment + along_moment * m + (wp.dot(m, moment) - FIVE * along_m * along_moment) * axis)
+
+
+@wp.func
+def axial_field_and_force(r: wp.vec3d, axis: wp.vec3d, multipoles: Multipoles, m: wp.vec3d):
+    """Flux density (T) at ``r`` (m) from axisymmetric multipoles along ``axis`` at the origin, and force (N) on ``m``.
+
+    Exterior solution of Laplace's equation: the potential of order n is q_n P_n(cos) / r^(n+1) (Jackson, Classical
+    Electrodynamics, 3rd ed., sec. 3.3), its gradient (P_n' axis - P_(n+1)' r_hat) / r^(n+2). Converges outside the
+    sphere around the magnet; only odd orders are summed, a uniform cylinder has no others.
+    """
+    distance = wp.length(r)
+    r_hat = r / distance
+    cosine = wp.dot(r_hat, axis)
+    along_m = wp.dot(r_hat, m)
+    axis_m = wp.dot(axis, m)
+    across = axis - cosine * r_hat
+    field = wp.vec3d()
+    force = wp.vec3d()
+    # Legendre polynomial of this order with two derivatives, and the previous polynomial
+    p_before = ONE
+    p = cosine
+    dp = ONE
+    ddp = wp.float64(0.0)
+    power = ONE / (distance * distance * distance)
+    for order in range(1, HIGHEST_ORDER + 1):
+        n = wp.float64(order)
+        p_next = ((n + n + ONE) * cosine * p - n * p_before) / (n + ONE)
+        dp_next = (n + ONE) * p + cosine * dp
+        ddp_next = (n + ONE + ONE) * dp + cosine * ddp
+        if order % 2 == 1:
+            scale = MU0_OVER_4PI * multipoles[order] * power
+            field += scale * (dp_next * r_hat - dp * axis)
+            radial = (n + ONE + ONE) * (dp_next * along_m - dp * axis_m)
+            force += (scale / distance) * (
+                (ddp_next * along_m - ddp * axis_m) * across + dp_next * (m - along_m * r_hat) - radial * r_hat
+            )
+        p_before = p
+        p = p_next
+        dp = dp_next
+        ddp = ddp_next
+        power = power / distance
+    return field, force
+
+
+@wp.func
+def point_dipole(magnet: Magnet, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
+    """Field and force of a magnet taken as a point dipole (``field = "dipole"`` in a scenario)."""
+    return dipole_field(r, magnet.moment * axis), dipole_force(r, magnet.moment * axis, m)
+
+
+@wp.func
+def cylinder(magnet: Magnet, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
+    """Field and force of a cylinder magnetised along its own axis (``field = "cylinder"`` in a scenario)."""
+    return axial_field_and_force(r, axis, magnet.multipoles, m)
+
+
+@wp.func
+def magnetic_torque(m: wp.vec3d, field: wp.vec3d) -> wp.vec3d:
+    """Torque (N m) on a moment ``m`` (A m^2) in the flux density ``field`` (T): m x B of eq. (4)."""
+    return wp.cross(m, field)
+
+
+@wp.func
+def field_axis_for(rpm_axis: wp.vec3d, direction: wp.vec3d) -> wp.vec3d:
+    """Unit axis about which the field turns at a device seen from the RPM along the unit vector ``direction``.
+
+    A dipole spinning about ``rpm_axis`` gives B = H M with H = 3 p p^T - I; the field stays in the plane whose normal is
+    H^-1 rpm_axis (Mahoney and Abbott, IEEE Trans. Robot. 30 (2014) 411), and H^-1 = (3 p p^T - 2 I) / 2.
+    """
+    return wp.normalize(THREE * HALF * wp.dot(direction, rpm_axis) * direction - rpm_axis)
+
+
+@wp.func
+def rpm_axis_for(device_axis: wp.vec3d, direction: wp.vec3d) -> wp.vec3d:
+    """Unit RPM axis that makes the field turn about ``device_axis`` at a device seen along ``direction``: its inverse."""
+    return wp.normalize(THREE * wp.dot(direction, device_axis) * direction - device_axis)

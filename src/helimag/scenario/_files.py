@@ -1,0 +1,68 @@
+"""Scenarios from presets and TOML files."""
+
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from helimag.errors import FileError, InputError
+from helimag.scenario._scenario import Scenario, validated
+
+
+def parse(text: str, source: str = "scenario") -> Scenario:
+    """Read a scenario from TOML text; ``source`` names it in messages.
+
+    Raises
+    ------
+    InputError
+        Where the text is not TOML or not a scenario.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{source} is not valid TOML: {error}") from None
+    try:
+        return validated(data, in_file=True)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+
+
+def _preset_folder() -> Any:
+    return resources.files("helimag") / "presets"
+
+
+def preset_names() -> list[str]:
+    """Names of the presets, such as ``paper/fig3c``."""
+    folders = (folder for folder in _preset_folder().iterdir() if folder.is_dir())
+    return sorted(
+        f"{folder.name}/{file.name.removesuffix('.toml')}"
+        for folder in folders
+        for file in folder.iterdir()
+        if file.name.endswith(".toml")
+    )
+
+
+def load(scenario: str | Path) -> Scenario:
+    """Load a scenario: the name of a preset, or the path of a TOML file.
+
+    Raises
+    ------
+    FileError
+        Where there is no such preset and no such readable file.
+    InputError
+        Where the file is not a scenario.
+    """
+    if str(scenario) in preset_names():
+        return parse((_preset_folder() / f"{scenario}.toml").read_text(encoding="utf-8"), str(scenario))
+    path = Path(scenario)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise FileError(
+            f"scenario must be a preset (see 'helimag presets') or a TOML file; '{scenario}' is neither"
+        ) from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not a text file") from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    return parse(text, str(path))

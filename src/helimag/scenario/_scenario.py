@@ -1,0 +1,136 @@
+"""The scenario as a whole: a frozen model with its rules, changed copies, a hash and its text."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
+
+from helimag import quantities as q
+from helimag.errors import InputError
+from helimag.scenario._device import Device, Part
+from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Workspace
+
+MARKS = ("published", "fitted", "assumed", "measured")
+
+
+def _as_list(value: object) -> object:
+    return [value] if isinstance(value, Mapping) else value
+
+
+class Scenario(Part):
+    """Everything a run needs. Frozen; :meth:`replaced` gives a changed copy."""
+
+    name: str = "unnamed"
+    device: Device
+    fluid: Fluid
+    magnet: Annotated[tuple[Magnet, ...], BeforeValidator(_as_list), Field(min_length=1)]
+    drive: Drive
+    workspace: Workspace = Workspace()
+    run: Run = Run()
+    provenance: dict[str, str] = {}
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len({magnet.field for magnet in self.magnet}) > 1:
+            raise InputError("magnet: all magnets must have the same field model")
+        if self.drive.distance <= self.contact_distance:
+            got = q.show(self.drive.distance, q.LENGTH)
+            least = q.show(round(self.contact_distance, 7), q.LENGTH)
+            raise InputError(f"drive.distance must exceed {least}, where device and magnet touch; got '{got}'")
+        for axis, low, here, high in zip(
+            "xyz", self.workspace.box[0], self.drive.start, self.workspace.box[1], strict=True
+        ):
+            if not low < here < high:
+                raise InputError(f"drive.start must be inside the workspace; its {axis} is {q.show(here, q.LENGTH)}")
+        for key, mark in self.provenance.items():
+            if mark.partition(":")[0] not in MARKS:
+                raise InputError(
+                    f"provenance.{key} must begin with one of {', '.join(MARKS)} and a colon; got '{mark}'"
+                )
+        return self
+
+    @property
+    def contact_distance(self) -> float:
+        """Distance between the centres of head and magnet at which the device is taken to touch (m)."""
+        return max(magnet.reach for magnet in self.magnet) + self.device.head.radius
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of all that decides the run; names and provenance do not."""
+        decisive = self.model_dump(mode="python", exclude={"name", "provenance"})
+        return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
+
+    def replaced(self, changes: Mapping[str, object]) -> "Scenario":
+        """Copy with fields changed, each named by its dotted path, such as ``{"drive.pitch": "15 deg"}``.
+
+        Raises
+        ------
+        InputError
+            Where a path does not exist or a value does not fit.
+        """
+        data = self.model_dump(mode="python")
+        for path, value in changes.items():
+            _assign(data, path, value)
+            data["provenance"].pop(path, None)
+        return validated(data, in_file=False)
+
+    def to_toml(self) -> str:
+        """The scenario as a file's text, in which every value carries its unit."""
+        import tomli_w
+
+        data = _without_none(self.model_dump(mode="json"))
+        if len(self.magnet) == 1:
+            data["magnet"] = data["magnet"][0]
+        return tomli_w.dumps({key: value for key, value in data.items() if value != {}})
+
+
+def _without_none(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    return value
+
+
+def _assign(data: dict[str, Any], path: str, value: object) -> None:
+    """Set the entry of nested dictionaries that a dotted path names; a single magnet needs no index."""
+    at: Any = data
+    steps = path.split(".")
+    for depth, step in enumerate(steps):
+        if isinstance(at, (list, tuple)):
+            raise InputError(f"'{path}' is not a field; set {'.'.join(steps[:depth])} as a whole")
+        if not isinstance(at, dict) or step not in at:
+            known = ", ".join(at) if isinstance(at, dict) else "nothing below it"
+            raise InputError(f"'{path}' is not a field of a scenario; {'.'.join(steps[:depth]) or 'it'} has {known}")
+        if depth == len(steps) - 1:
+            at[step] = value
+        elif step == "magnet" and len(at[step]) == 1:
+            at[step] = list(at[step])
+            at = at[step][0]
+        else:
+            at = at[step]
+
+
+def _messages(error: ValidationError) -> Iterator[str]:
+    """One line a problem, naming field, expectation and value."""
+    for problem in error.errors():
+        steps = [str(step) for step in problem["loc"]]
+        kept = [step for i, step in enumerate(steps) if not (step in {"sphere", "spheroid", "cylinder"} and i == 2)]
+        where = ".".join(kept).replace("magnet.0.", "magnet.")
+        text = problem["msg"].removeprefix("Value error, ")
+        match problem["type"]:
+            case "missing":
+                yield f"{where} is missing"
+            case "extra_forbidden":
+                yield f"{where} is not a known key; got {problem['input']!r}"
+            case "value_error":
+                yield f"{where} {text}".strip() if where else text
+            case _:
+                yield f"{where}: {text[0].lower()}{text[1:]}; got {problem['input']!r}"
+
+
+def validated(data: Mapping[str, object], *, in_file: bool) -> Scenario:
+    try:
+        return Scenario.model_validate(data, context={"file": in_file})
+    except ValidationError as error:
+        raise InputError("; ".join(_messages(error))) from None

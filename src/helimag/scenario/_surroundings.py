@@ -1,0 +1,101 @@
+"""What surrounds the device and acts on it: fluid, magnets, drive, workspace, run."""
+
+import math
+from typing import Literal, Self
+
+from pydantic import model_validator
+
+from helimag import quantities as q
+from helimag.errors import InputError
+from helimag.scenario._device import Part
+from helimag.scenario._fields import (
+    Angle,
+    AngularRate,
+    Density,
+    Frequency,
+    Length,
+    LengthRange,
+    Moment,
+    Size,
+    Time,
+    Velocity,
+    Viscosity,
+)
+
+
+class Fluid(Part):
+    """A Newtonian fluid."""
+
+    viscosity: Viscosity
+    density: Density
+
+
+class Magnet(Part):
+    """One magnet on the arm; its size sets where the device touches it, and its field if that is the cylinder's."""
+
+    moment: Moment
+    radius: Size
+    height: Size
+    field: Literal["dipole", "cylinder"] = "dipole"
+    offset: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+
+    @property
+    def reach(self) -> float:
+        """Radius of the sphere around the magnet (m)."""
+        return math.hypot(self.radius, self.height / 2.0)
+
+
+class Drive(Part):
+    """What the arm and the motor do: the paper's inputs."""
+
+    frequency: Frequency
+    pitch: Angle
+    distance: Size
+    yaw_rate: AngularRate = 0.0
+    velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
+    pitch_about: Literal["origin", "magnet"] = "origin"
+    start: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _sensible(self) -> Self:
+        if self.frequency == 0.0:
+            raise InputError("frequency must not be zero; a negative one turns the magnet the other way")
+        if not abs(self.pitch) < math.pi / 2.0:
+            raise InputError(f"pitch must be between -90 deg and 90 deg; got '{q.show(self.pitch, q.ANGLE)}'")
+        return self
+
+
+class Walls(Part):
+    """Upright walls of the tank, as ranges in lab x and y."""
+
+    x: LengthRange | None = None
+    y: LengthRange | None = None
+
+
+class Workspace(Part):
+    """What limits the device: lab heights of floor and surface, and walls."""
+
+    floor: Length | None = None
+    surface: Length | None = None
+    walls: Walls = Walls()
+
+    @property
+    def box(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Lowest and highest corner (m), infinite where nothing is there."""
+        x = self.walls.x or (-math.inf, math.inf)
+        y = self.walls.y or (-math.inf, math.inf)
+        floor = -math.inf if self.floor is None else self.floor
+        surface = math.inf if self.surface is None else self.surface
+        return (x[0], y[0], floor), (x[1], y[1], surface)
+
+
+class Run(Part):
+    """How long to simulate, and how often to write a sample (1800 samples where not given)."""
+
+    duration: Time = 1800.0
+    interval: Time | None = None
+
+    @property
+    def sample_interval(self) -> float:
+        """Time between samples (s)."""
+        return self.duration / 1800.0 if self.interval is None else self.interval
