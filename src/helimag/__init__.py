@@ -27,7 +27,7 @@ _HOMES = {
     "simulate_many": "simulation",
 }
 
-__all__ = list(_HOMES)  # noqa: PLE0605
+__all__ = list(_HOMES)
 
 
 def __getattr__(name: str) -> Any:

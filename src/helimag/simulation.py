@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 
 from helimag import _integrate as loop
 from helimag._kernels import ready
-from helimag._pack import initial_gap, pack_bodies, pack_bounds, pack_clocks, pack_drives, pack_magnets, start_state, structs
+from helimag._pack import (
+    initial_gap,
+    pack_bodies,
+    pack_bounds,
+    pack_clocks,
+    pack_drives,
+    pack_magnets,
+    start_state,
+    structs,
+)
 from helimag.errors import InputError, RunError
 from helimag.gain import End, Heights, Judgement, judge
 from helimag.physics import magnetics

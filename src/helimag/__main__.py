@@ -1,0 +1,5 @@
+"""``python -m helimag``: the same as the command ``helimag``."""
+
+from helimag.cli import main
+
+main()

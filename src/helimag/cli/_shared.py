@@ -1,0 +1,89 @@
+"""What the commands share: options, scenario with changes, progress, JSON."""
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from helimag.errors import InputError
+
+if TYPE_CHECKING:
+    from helimag.scenario import Scenario
+
+ScenarioName = Annotated[str, Parameter(help="Name of a preset, or path of a TOML file.")]
+Changes = Annotated[
+    list[str] | None,
+    Parameter(
+        name="--set",
+        negative="",
+        consume_multiple=False,
+        help='Change a field, such as --set drive.pitch="15 deg". May be repeated.',
+    ),
+]
+Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object on stdout and nothing else.")]
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
+    """A progress bar with an estimate on stderr, which appears when the work has taken a second."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    bar = Progress(*columns, console=Console(stderr=True), transient=True)
+    task = bar.add_task(what, total=1.0)
+    begun = time.monotonic()
+
+    def report(done: float) -> None:
+        if not bar.live.is_started and time.monotonic() - begun > 1.0:
+            bar.start()
+        bar.update(task, completed=done)
+
+    try:
+        yield report
+    finally:
+        if bar.live.is_started:
+            bar.stop()
+
+
+def print_json(data: object) -> None:
+    print(json.dumps(data, indent=2, allow_nan=False))
+
+
+def scenario_from(name: str, changes: list[str] | None, extra: dict[str, object] | None = None) -> "Scenario":
+    from helimag.scenario import load
+
+    fields: dict[str, object] = {}
+    for change in changes or []:
+        path, equals, value = change.partition("=")
+        if not equals:
+            raise InputError(f'--set must be a field and a value such as drive.pitch="15 deg"; got {change!r}')
+        fields[path.strip()] = _value(value.strip())
+    fields |= {path: value for path, value in (extra or {}).items() if value is not None}
+    scenario = load(name)
+    return scenario.replaced(fields) if fields else scenario
+
+
+def _value(text: str) -> object:
+    """The value of --set: TOML where it is an array or table, plain text otherwise."""
+    if text[:1] in "[{":
+        import tomllib
+
+        try:
+            return tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"--set has a value that is not TOML: {text} ({error})") from None
+    return text.strip("\"'")
+
+
+def degrees(angle: float) -> float:
+    return angle * 57.29577951308232

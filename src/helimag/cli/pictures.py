@@ -1,0 +1,64 @@
+"""Commands that draw: plot, reproduce."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from helimag.cli._shared import Json, print_json, progress_bar
+
+
+def plot(
+    run: Path,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    animate: Path | None = None,
+) -> None:
+    """Draw a run's path and time series, or an animation.
+
+    Parameters
+    ----------
+    run
+        A trajectory file, such as simulate wrote with -o.
+    output
+        Figure to write: .png, .svg or .pdf. Default: the run's name with .png.
+    animate
+        Film to write instead: .mp4.
+    """
+    from helimag import plots
+    from helimag.trajectory import Trajectory
+
+    trajectory = Trajectory.load(run)
+    if animate is not None:
+        with progress_bar(f"filming {run.name}") as progress:
+            plots.animate(trajectory, animate, progress=progress)
+        print(animate)
+    if output is not None or animate is None:
+        target = output or run.with_suffix(".png")
+        plots.save(plots.draw_run(trajectory), target)
+        print(target)
+
+
+def reproduce(
+    what: Literal["fig3"],
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path(),
+    json: Json = False,
+) -> None:
+    """Compute a figure of the paper and print it beside the published values.
+
+    Parameters
+    ----------
+    what
+        Which figure.
+    output
+        Folder for the figure, the table and the runs.
+    """
+    from helimag import reproduce as book
+
+    with progress_bar(f"reproducing {what}") as progress:
+        result = book.fig3(output, progress=progress)
+    if json:
+        print_json(result.rows)
+    else:
+        print(result.text)

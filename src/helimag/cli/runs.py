@@ -1,0 +1,128 @@
+"""Commands about single runs: presets, simulate, resistance."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from helimag.cli._shared import Changes, Json, ScenarioName, degrees, print_json, progress_bar, scenario_from
+
+if TYPE_CHECKING:
+    from helimag.scenario import Scenario
+    from helimag.trajectory import Trajectory
+
+
+def presets(name: str | None = None, *, schema: Annotated[bool, Parameter(negative="")] = False) -> None:
+    """List the presets, or print one as TOML.
+
+    Parameters
+    ----------
+    name
+        A preset to print, every value with its unit and its mark: published, fitted or assumed.
+    schema
+        Print the JSON schema of scenario files instead.
+    """
+    from helimag.scenario import Scenario, load, preset_names
+
+    if schema:
+        print_json(Scenario.model_json_schema())
+    elif name is not None:
+        print(load(name).to_toml(), end="")
+    else:
+        for preset in preset_names():
+            scenario = load(preset)
+            drive = scenario.drive
+            speed = sum(v * v for v in drive.velocity) ** 0.5
+            print(
+                f"{preset:20s} {drive.frequency:g} Hz, pitch {degrees(drive.pitch):g} deg, {1e3 * drive.distance:g} mm, "
+                f"yaw {degrees(drive.yaw_rate):g} deg/s, {1e3 * speed:g} mm/s, {scenario.run.duration:g} s"
+            )
+
+
+def simulate(
+    scenario: ScenarioName,
+    *,
+    changes: Changes = None,
+    duration: str | None = None,
+    interval: str | None = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    device: str = "cpu",
+    json: Json = False,
+) -> None:
+    """Run a scenario and judge it.
+
+    Parameters
+    ----------
+    duration
+        How long, such as "100 s", instead of the scenario's own.
+    interval
+        Time between samples in the result, such as "0.1 s".
+    output
+        Write the trajectory to this netCDF file.
+    device
+        "cpu", or a CUDA device such as "cuda".
+    """
+    from helimag.simulation import simulate as run
+
+    chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
+    with progress_bar(f"simulating {chosen.name}") as progress:
+        trajectory = run(chosen, device=device, progress=progress)
+    if output is not None:
+        trajectory.save(output)
+    if json:
+        print_json(_report(trajectory))
+    else:
+        _print_summary(chosen, trajectory, output)
+
+
+def _report(trajectory: "Trajectory") -> dict[str, Any]:
+    judgement = trajectory.judgement
+    return {
+        "gain": judgement.gain,
+        "output_y_m": judgement.output,
+        "input_u_m": judgement.input,
+        "verdict": str(judgement.verdict),
+        "reason": judgement.reason,
+        "end_time_s": judgement.end_time,
+        "escape_time_s": judgement.escape_time,
+        "slips": judgement.slips,
+        "wobble_deg": degrees(judgement.wobble),
+        "attack_angle_deg": degrees(judgement.attack_angle),
+        "final_state": trajectory.final_state.tolist(),
+        "wall_time_s": trajectory.dataset.attrs["wall_time"],
+    }
+
+
+def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path | None) -> None:
+    judgement = trajectory.judgement
+    print(f"{scenario.name}: {judgement.verdict}, {judgement.reason}")
+    print(
+        f"  gain          {judgement.gain:.3f}  (y {1e3 * judgement.output:.2f} mm, u {1e3 * judgement.input:.2f} mm)"
+    )
+    print(
+        f"  attack angle  {degrees(judgement.attack_angle):.1f} deg, wobble {degrees(judgement.wobble):.1f} deg (second half)"
+    )
+    print(f"  slips         {judgement.slips}")
+    guesses = [
+        f"{path} {mark.partition(':')[0]}" for path, mark in scenario.provenance.items() if "published" not in mark
+    ]
+    if guesses:
+        print(f"  not published {', '.join(guesses)}")
+    if output is not None:
+        print(f"  written to    {output}")
+
+
+def resistance(scenario: ScenarioName, *, changes: Changes = None, json: Json = False) -> None:
+    """Print the device's 6x6 resistance about the head's centre, translation first (SI)."""
+    from helimag import hydrodynamics
+
+    chosen = scenario_from(scenario, changes)
+    matrix = hydrodynamics.resistance(chosen.device, chosen.fluid)
+    model = chosen.device.hydrodynamics.model
+    if json:
+        mobility = hydrodynamics.mobility(matrix)
+        print_json({"resistance": matrix.tolist(), "mobility": mobility.tolist(), "model": model})
+        return
+    print(f"{chosen.name}, {model}: force (N), torque (N m) per velocity (m/s), angular velocity (rad/s)")
+    for row in matrix:
+        print("  ".join(f"{entry:12.4e}" for entry in row))
