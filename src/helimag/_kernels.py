@@ -9,7 +9,7 @@ PATIENCE = 0.7  # s before saying something
 
 
 def ready(kernel: wp.Kernel, device: str) -> None:
-    """Compile or load ``kernel`` for ``device``; the first time on a machine takes some ten seconds and says so on stderr."""
+    """Compile or load ``kernel`` for ``device``; where that takes seconds, as once on each machine, stderr says so."""
     note = threading.Timer(
         PATIENCE,
         print,

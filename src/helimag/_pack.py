@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from helimag import _integrate as loop
+from helimag._step import Clock
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
@@ -25,9 +27,9 @@ def initial_gap(scenario: Scenario) -> float:
 
 
 def arm_position(scenario: Scenario) -> Floats:
-    """Position of the RPM at t = 0 in the lab frame (m): eq. (1) with pitch read about the origin or about the magnet."""
+    """Position of the RPM at t = 0 in the lab frame (m): eq. (1), pitch read about the origin or about the magnet."""
     drive = scenario.drive
-    position = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
+    position: Floats = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
     if drive.pitch_about == "magnet":
         return position
     cos, sin = math.cos(drive.pitch), math.sin(drive.pitch)
@@ -36,11 +38,11 @@ def arm_position(scenario: Scenario) -> Floats:
 
 def structs(kind: type, rows: list[dict[str, object]]) -> NDArray[np.void]:
     """Pack rows of field values into an array of a Warp structure."""
-    packed = np.zeros(len(rows), dtype=kind.numpy_dtype())  # type: ignore[attr-defined]
+    packed: Any = np.zeros(len(rows), dtype=kind.numpy_dtype())  # type: ignore[attr-defined]
     for i, row in enumerate(rows):
         for name, value in row.items():
             packed[name][i] = value
-    return packed
+    return np.asarray(packed)
 
 
 def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
@@ -78,7 +80,7 @@ def pack_drives(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
 
 
 def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
-    """Magnets as the kernels take them: (runs, magnets), a scenario with fewer than the others padded by null moments."""
+    """Magnets as the kernels take them: (runs, magnets); null moments fill up scenarios that have fewer."""
     most = max(len(scenario.magnet) for scenario in scenarios)
     rows: list[dict[str, object]] = []
     for scenario in scenarios:
@@ -91,7 +93,8 @@ def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
 def multipoles(magnet: MagnetModel) -> Floats:
     """Axial multipole moments of a cylinder magnetised along its axis, by order (A m^(order + 1)).
 
-    Its ends are discs of opposite charge; order n is the mean of r^n P_n over a disc, over half the height, times the moment.
+    Its ends are discs of opposite charge: order n is the moment, over half the height, times the mean of r^n P_n on a
+    disc.
     """
     orders = int(magnetics.HIGHEST_ORDER) + 1
     half = magnet.height / 2.0
@@ -106,7 +109,7 @@ def multipoles(magnet: MagnetModel) -> Floats:
 
 def pack_clocks(scenarios: Sequence[Scenario], tolerance: float) -> NDArray[np.void]:
     return structs(
-        loop.Clock,
+        Clock,
         [
             {
                 "interval": scenario.run.sample_interval,

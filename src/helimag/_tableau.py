@@ -1,6 +1,6 @@
 """Coefficients of the explicit Runge-Kutta pair DOP853: order 8, with error estimates of order 5 and 3.
 
-Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, sec. II.10.
+Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, sec. II.10.
 ``Ai_j`` weighs stage j in the argument of stage i, ``Ci`` is that stage's time, ``Bj`` weighs stage j in the result,
 ``Lj`` and ``Hj`` in the estimates of order 3 and 5. Stages count from 0; absent weights are zero.
 """

@@ -156,7 +156,7 @@ def _part_means(run: Heights) -> Floats:
 
 
 def _settled(run: Heights) -> tuple[Verdict, str]:
-    """Whether the mean height approaches a limit: the changes between quarters shrink, and what is left of them is small.
+    """Whether the mean height nears a limit: its changes between quarters shrink, and what is left of them is small.
 
     With changes that shrink by a constant ratio r, the rest after the last change is change * r / (1 - r) (Aitken).
     """

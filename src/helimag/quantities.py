@@ -1,7 +1,7 @@
 """Quantities with units: ``"150 mm"`` to 0.15 and back. The only place that knows pint.
 
-Angles are a dimension of their own here, unlike in SI, so that "60 rpm" is refused as a frequency in Hz instead of being
-taken for 6.28 Hz, and "1.8 Hz" is refused as an angular rate.
+Angles are a dimension of their own here, unlike in SI, so that "60 rpm" is refused as a frequency in Hz and not taken
+for 6.28 Hz, and "1.8 Hz" is refused as an angular rate.
 """
 
 import math
@@ -100,7 +100,7 @@ def _is_rotation(unit: str) -> bool:
 
 
 def _scaled(number: float, factor: float) -> float:
-    """``number * factor``, as a division where the factor is one over a whole number: 5 / 1e6 is exact, 5 * 1e-6 is not."""
+    """``number * factor``, dividing where the factor is one over a whole number: 5 / 1e6 is exact, 5 * 1e-6 is not."""
     inverse = round(1.0 / factor)
     return number / inverse if inverse > 1 and abs(inverse * factor - 1.0) < 1e-12 else number * factor
 

@@ -100,7 +100,7 @@ class _Task:
             (pack_bodies(scenarios), Body),
             (pack_drives(scenarios), Drive),
             (pack_magnets(scenarios), magnetics.Magnet),
-            (pack_clocks(scenarios, tolerance), loop.Clock),
+            (pack_clocks(scenarios, tolerance), Clock),
             (pack_bounds(scenarios), loop.Bounds),
         )
         self.inputs = [wp.array(values, dtype=kind, device=device) for values, kind in inputs]
@@ -303,7 +303,7 @@ def simulate_many(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Trajectory]:
-    """Run a batch of scenarios, in parallel; parameters and errors as for :func:`advance`, results as for :func:`simulate`."""
+    """Run a batch of scenarios in parallel; see :func:`advance` for parameters, :func:`simulate` for results."""
     histories = advance(
         scenarios,
         initial_states=initial_states,
@@ -352,7 +352,7 @@ def trajectory_of(history: History) -> Trajectory:
         {
             "name": scenario.name,
             "source": "simulated",
-            "frames": "lab: z up; body: x from helix to head, y along the moment; see the conventions in the documentation",
+            "frames": "lab: z up; body: x from helix to head, y along the moment; angles in rad",
             "initial_gap": heights.initial_gap,
             "end": str(heights.end),
             "scenario": scenario.to_toml(),

@@ -113,8 +113,8 @@ class Trajectory:
             self.dataset.to_netcdf(beside, engine="h5netcdf")
             mask = os.umask(0)
             os.umask(mask)
-            os.chmod(beside, 0o666 & ~mask)
-            os.replace(beside, target)
+            Path(beside).chmod(0o666 & ~mask)
+            Path(beside).replace(target)
         except OSError as error:
             raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
         finally:

@@ -34,7 +34,7 @@ def presets(name: str | None = None, *, schema: Annotated[bool, Parameter(negati
             drive = scenario.drive
             speed = sum(v * v for v in drive.velocity) ** 0.5
             print(
-                f"{preset:20s} {drive.frequency:g} Hz, pitch {degrees(drive.pitch):g} deg, {1e3 * drive.distance:g} mm, "
+                f"{preset:20s} {drive.frequency:g} Hz, {degrees(drive.pitch):g} deg, {1e3 * drive.distance:g} mm, "
                 f"yaw {degrees(drive.yaw_rate):g} deg/s, {1e3 * speed:g} mm/s, {scenario.run.duration:g} s"
             )
 
@@ -100,7 +100,8 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
         f"  gain          {judgement.gain:.3f}  (y {1e3 * judgement.output:.2f} mm, u {1e3 * judgement.input:.2f} mm)"
     )
     print(
-        f"  attack angle  {degrees(judgement.attack_angle):.1f} deg, wobble {degrees(judgement.wobble):.1f} deg (second half)"
+        f"  attack angle  {degrees(judgement.attack_angle):.1f} deg, wobble {degrees(judgement.wobble):.1f} deg"
+        " over the second half"
     )
     print(f"  slips         {judgement.slips}")
     guesses = [

@@ -57,14 +57,15 @@ def centerline(helix: Helix, start: float) -> tuple[NDArray[np.float64], NDArray
 def helix_resistance(helix: Helix, start: float, along: float, across: float) -> NDArray[np.float64]:
     """6x6 resistance of the wire about the body origin (SI), translation first: the integral of M ds in eq. (7).
 
-    An element that moves with velocity u feels ``-(along t t' + across (I - t t')) u ds``; a rigid motion (v, w) moves the
-    element at r with v + w x r.
+    An element that moves with velocity u feels ``-(along t t' + across (I - t t')) u ds``; in a rigid motion (v, w) the
+    element at r moves with v + w x r.
     """
     points, tangents, weights = centerline(helix, start)
     outer = tangents[:, :, None] * tangents[:, None, :]
     local = weights[:, None, None] * (across * np.eye(3) + (along - across) * outer)
     motion = np.concatenate([np.broadcast_to(np.eye(3), local.shape), -cross_matrices(points)], axis=2)
-    return np.einsum("nij,nik,nkl->jl", motion, local, motion)
+    matrix: NDArray[np.float64] = np.einsum("nij,nik,nkl->jl", motion, local, motion)
+    return matrix
 
 
 def cross_matrices(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

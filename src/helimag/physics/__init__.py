@@ -16,7 +16,7 @@ __all__ = ["evaluate"]
 def _start_warp() -> None:
     """Start Warp without its greeting, and without its remark that there is no GPU, which nobody asked for.
 
-    The remark is written by native code, so the file descriptor itself is diverted; anything else said there is passed on.
+    The remark comes from native code, so the file descriptor itself is diverted; anything else said there is passed on.
     """
     wp.config.quiet = True
     wp.config.log_level = wp.LOG_ERROR

@@ -20,7 +20,7 @@ class Body:
 
 @wp.func
 def gravity_torque(up: wp.vec3d, weight_moment: wp.float64) -> wp.vec3d:
-    """Torque (N m) of weight and buoyancy about the body origin; ``up`` is the lab's z axis in body components (eq. 8)."""
+    """Torque (N m) of weight less buoyancy about the body origin (eq. 8); ``up`` is the lab's z axis, body frame."""
     return wp.vec3d(ZERO, weight_moment * up[2], -weight_moment * up[1])
 
 

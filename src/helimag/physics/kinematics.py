@@ -99,7 +99,7 @@ def rotation_matrix(state: State) -> wp.mat33d:
 
 @wp.func
 def state_rates(state: State, velocity: wp.vec3d, body_spin: wp.vec3d) -> State:
-    """Rates of a state: lab velocity of the head (m/s), and q' = q (0, omega) / 2 with omega in body components (rad/s)."""
+    """Rates of a state: lab velocity of the head (m/s); q' = q (0, omega) / 2 with omega in the body frame (rad/s)."""
     w = state[3]
     x = state[4]
     y = state[5]

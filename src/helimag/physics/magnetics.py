@@ -108,7 +108,7 @@ def magnetic_torque(m: wp.vec3d, field: wp.vec3d) -> wp.vec3d:
 def field_axis_for(rpm_axis: wp.vec3d, direction: wp.vec3d) -> wp.vec3d:
     """Unit axis about which the field turns at a device seen from the RPM along the unit vector ``direction``.
 
-    A dipole spinning about ``rpm_axis`` gives B = H M with H = 3 p p^T - I; the field stays in the plane whose normal is
+    A dipole spinning about ``rpm_axis`` gives B = H M with H = 3 p p^T - I; the field stays in the plane with normal
     H^-1 rpm_axis (Mahoney and Abbott, IEEE Trans. Robot. 30 (2014) 411), and H^-1 = (3 p p^T - 2 I) / 2.
     """
     return wp.normalize(THREE * HALF * wp.dot(direction, rpm_axis) * direction - rpm_axis)
@@ -116,5 +116,5 @@ def field_axis_for(rpm_axis: wp.vec3d, direction: wp.vec3d) -> wp.vec3d:
 
 @wp.func
 def rpm_axis_for(device_axis: wp.vec3d, direction: wp.vec3d) -> wp.vec3d:
-    """Unit RPM axis that makes the field turn about ``device_axis`` at a device seen along ``direction``: its inverse."""
+    """Unit RPM axis that makes the field turn about ``device_axis`` at a device seen along ``direction``."""
     return wp.normalize(THREE * wp.dot(direction, device_axis) * direction - device_axis)

@@ -1,49 +1,67 @@
 """Field types of a scenario: numbers that are SI inside and text with a unit in a file."""
 
 import math
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, PlainSerializer, ValidationInfo, WithJsonSchema
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema, core_schema
 
 from helimag import quantities as q
 from helimag.errors import InputError
 
 
-def _quantity(kind: q.Kind, sign: Literal["any", "positive", "not negative"] = "any") -> Any:
-    """A float field that reads text with a unit of this kind, and writes it again when serialised for a file."""
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a float field as a physical quantity: read from text with a unit, written as such into files.
 
-    def read(value: object, info: ValidationInfo) -> float:
+    A bare number is taken as SI from Python and refused in a file.
+    """
+
+    kind: q.Kind
+    sign: Literal["any", "positive", "not negative"] = "any"
+
+    def read(self, value: object, info: ValidationInfo) -> float:
+        """SI value of text with a unit, or of a number given from Python."""
+        number = self._number(value, in_file=bool(info.context and info.context.get("file")))
+        if (self.sign == "positive" and number <= 0.0) or (self.sign == "not negative" and number < 0.0):
+            raise InputError(f"must be {self.sign}; got '{q.show(number, self.kind)}'")
+        return number
+
+    def _number(self, value: object, *, in_file: bool) -> float:
         if isinstance(value, str):
-            return q.parse(value, kind)
-        in_file = bool(info.context and info.context.get("file"))
-        if isinstance(value, (int, float)) and not isinstance(value, bool) and not in_file:
-            if math.isfinite(value):
-                return float(value)
-            raise InputError(f"must be a finite number of {kind.si}; got {value}")
-        raise InputError(f"must be {kind.name} written with its unit, such as '{kind.example}'; got {value!r}")
+            return q.parse(value, self.kind)
+        if in_file or isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise InputError(
+                f"must be {self.kind.name} written with its unit, such as '{self.kind.example}'; got {value!r}"
+            )
+        if not math.isfinite(value):
+            raise InputError(f"must be a finite number of {self.kind.si}; got {value}")
+        return float(value)
 
-    def check(value: float) -> float:
-        if (sign == "positive" and value <= 0.0) or (sign == "not negative" and value < 0.0):
-            raise InputError(f"must be {sign}; got '{q.show(value, kind)}'")
-        return value
+    def write(self, value: float) -> str:
+        """Text that reads back as exactly the same number."""
+        return q.show(value, self.kind)
 
-    def write(value: float) -> str:
-        return q.show(value, kind)
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
 
-    schema = {"type": "string", "description": f"{kind.name} with its unit", "examples": [kind.example]}
-    serializer = PlainSerializer(write, when_used="json")
-    return Annotated[float, BeforeValidator(read), AfterValidator(check), serializer, WithJsonSchema(schema)]
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"type": "string", "description": f"{self.kind.name} with its unit", "examples": [self.kind.example]}
 
 
-Length = _quantity(q.LENGTH)
-Size = _quantity(q.LENGTH, "positive")
-Angle = _quantity(q.ANGLE)
-AngularRate = _quantity(q.ANGULAR_RATE)
-Frequency = _quantity(q.FREQUENCY)
-Velocity = _quantity(q.VELOCITY)
-Time = _quantity(q.TIME, "positive")
-Force = _quantity(q.FORCE)
-Moment = _quantity(q.MOMENT, "positive")
-Viscosity = _quantity(q.VISCOSITY, "positive")
-Density = _quantity(q.DENSITY, "not negative")
+Length = Annotated[float, Quantity(q.LENGTH)]
+Size = Annotated[float, Quantity(q.LENGTH, "positive")]
+Angle = Annotated[float, Quantity(q.ANGLE)]
+AngularRate = Annotated[float, Quantity(q.ANGULAR_RATE)]
+Frequency = Annotated[float, Quantity(q.FREQUENCY)]
+Velocity = Annotated[float, Quantity(q.VELOCITY)]
+Time = Annotated[float, Quantity(q.TIME, "positive")]
+Force = Annotated[float, Quantity(q.FORCE)]
+Moment = Annotated[float, Quantity(q.MOMENT, "positive")]
+Viscosity = Annotated[float, Quantity(q.VISCOSITY, "positive")]
+Density = Annotated[float, Quantity(q.DENSITY, "not negative")]
 LengthRange = tuple[Length, Length]
