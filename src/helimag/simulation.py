@@ -24,6 +24,7 @@ from helimag._pack import (
     start_state,
     structs,
 )
+from helimag._step import Clock
 from helimag.errors import InputError, RunError
 from helimag.gain import End, Heights, Judgement, judge
 from helimag.physics import magnetics
