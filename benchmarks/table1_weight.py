@@ -1,7 +1,7 @@
 """Fit the net weight and its place for the straight runs of Table I, and print what all seven rows then do.
 
-The paper gives neither. For each of a few places, the weight is taken that leaves row 1 (the bounded run) the least range
-of heights; the place is taken whose attack angle in row 1 is nearest to the measured -6 deg.
+The paper gives neither. For each of a few places, the weight is taken that leaves row 1 (the bounded run) the least
+range of heights; the place is taken whose attack angle in row 1 is nearest to the measured -6 deg.
 """
 
 import numpy as np

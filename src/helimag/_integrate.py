@@ -14,12 +14,12 @@ from typing import Any
 import warp as wp
 
 from helimag._step import GROW, Clock, build_load, build_rates, build_trial, rescaled
-from helimag.physics.balance import Body
+from helimag.physics.balance import Body, balance_rates, moment_of
 from helimag.physics.kinematics import (
     Drive,
     RpmPose,
     State,
-    attack_sine,
+    attack_angle,
     head_position,
     rotation_matrix,
     rpm_pose,
@@ -94,11 +94,13 @@ class Interval:
     attack: wp.float64
     square: wp.float64
     begin: wp.float64
+    last_attack: wp.float64
 
 
 @wp.func
 def interval_from(t: wp.float64, state: State) -> Interval:
     stats = Interval()
+    stats.last_attack = attack_angle(state)
     stats.low = state[2]
     stats.high = state[2]
     stats.begin = t
@@ -108,8 +110,9 @@ def interval_from(t: wp.float64, state: State) -> Interval:
 @wp.func
 def interval_with(stats: Interval, dt: wp.float64, old: State, new: State) -> Interval:
     """The statistics with one more step in them."""
-    a = wp.asin(wp.clamp(attack_sine(old), -ONE, ONE))
-    b = wp.asin(wp.clamp(attack_sine(new), -ONE, ONE))
+    a = stats.last_attack
+    b = attack_angle(new)
+    stats.last_attack = b
     stats.low = wp.min(stats.low, new[2])
     stats.high = wp.max(stats.high, new[2])
     stats.height += HALF * dt * (old[2] + new[2])
@@ -121,7 +124,7 @@ def interval_with(stats: Interval, dt: wp.float64, old: State, new: State) -> In
 @wp.func
 def record_of(stats: Interval, t: wp.float64, state: State, slips: int) -> Record:
     height = state[2]
-    attack = wp.asin(wp.clamp(attack_sine(state), -ONE, ONE))
+    attack = attack_angle(state)
     square = attack * attack
     span = t - stats.begin
     if span > ZERO:
@@ -221,7 +224,7 @@ def build_to_sample(magnet_model: Callable[..., Any]) -> wp.Function:
                 else:
                     if least < ZERO:
                         p.status = kind
-                    field, force = load(magnets, pose, head_position(new), wp.vec3d())
+                    field, force = load(magnets, pose, head_position(new), moment_of(body, new))
                     lag = lag_vector(field, new)
                     if lag[0] > ZERO:
                         p.locked = 1
@@ -234,7 +237,7 @@ def build_to_sample(magnet_model: Callable[..., Any]) -> wp.Function:
                     p.time = t
                     p.state = new
                     p.steps += 1
-                    k0 = rates(body, drive, magnets, t, new)
+                    k0 = balance_rates(body, new, force, field)
             else:
                 p.step = wp.min(rescaled(dt, error), HALF * dt)
                 p.rejected += 1

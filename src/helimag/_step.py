@@ -10,8 +10,8 @@ from typing import Any
 import warp as wp
 
 from helimag import _tableau as tab
-from helimag.physics.balance import Body, balance_rates
-from helimag.physics.kinematics import Drive, RpmPose, State, head_position, normalized, rotation_matrix, rpm_pose
+from helimag.physics.balance import Body, balance_rates, moment_of
+from helimag.physics.kinematics import Drive, RpmPose, State, head_position, normalized, rpm_pose
 from helimag.physics.magnetics import Magnet
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -77,9 +77,7 @@ def build_rates(load: wp.Function) -> wp.Function:
 
     @wp.func
     def rates(body: Body, drive: Drive, magnets: wp.array(dtype=Magnet), t: wp.float64, state: State) -> State:
-        rotation = rotation_matrix(state)
-        m = body.magnetic_moment * wp.vec3d(rotation[0, 1], rotation[1, 1], rotation[2, 1])
-        field, force = load(magnets, rpm_pose(drive, t), head_position(state), m)
+        field, force = load(magnets, rpm_pose(drive, t), head_position(state), moment_of(body, state))
         return balance_rates(body, state, force, field)
 
     return rates

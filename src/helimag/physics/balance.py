@@ -19,6 +19,13 @@ class Body:
 
 
 @wp.func
+def moment_of(body: Body, state: State) -> wp.vec3d:
+    """Magnetic moment of the device in the lab frame (A m^2): along the body's y axis."""
+    rotation = rotation_matrix(state)
+    return body.magnetic_moment * wp.vec3d(rotation[0, 1], rotation[1, 1], rotation[2, 1])
+
+
+@wp.func
 def gravity_torque(up: wp.vec3d, weight_moment: wp.float64) -> wp.vec3d:
     """Torque (N m) of weight less buoyancy about the body origin (eq. 8); ``up`` is the lab's z axis, body frame."""
     return wp.vec3d(ZERO, weight_moment * up[2], -weight_moment * up[1])

@@ -126,9 +126,9 @@ def normalized(state: State) -> State:
 
 
 @wp.func
-def attack_sine(state: State) -> wp.float64:
-    """Sine of the angle of attack: height component of the long axis; negative points the nose down."""
-    return TWO * (state[4] * state[6] - state[3] * state[5])
+def attack_angle(state: State) -> wp.float64:
+    """Angle of attack (rad): elevation of the long axis above the horizontal; negative points the nose down."""
+    return wp.asin(wp.clamp(TWO * (state[4] * state[6] - state[3] * state[5]), -ONE, ONE))
 
 
 @wp.func
