@@ -36,7 +36,7 @@ bench: $(STAMP)
 # pins everything again; needs uv
 lock:
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
-	    --all-extras --group test --group docs --group build pyproject.toml -o requirements/all.txt
+	    --all-extras --group test --group docs --group bench --group build pyproject.toml -o requirements/all.txt
 
 clean:
 	rm -rf $(VENV) out docs/_build
