@@ -5,11 +5,18 @@ import threading
 
 import warp as wp
 
+from helimag.errors import InputError
+
 PATIENCE = 0.7  # s before saying something
 
 
 def ready(kernel: wp.Kernel, device: str) -> None:
     """Compile or load ``kernel`` for ``device``; where that takes seconds, as once on each machine, stderr says so."""
+    try:
+        target = wp.get_device(device)
+    except (ValueError, RuntimeError):
+        known = ", ".join(f"'{d}'" for d in wp.get_devices())
+        raise InputError(f"device must be one of this machine's, {known}; got '{device}'") from None
     note = threading.Timer(
         PATIENCE,
         print,
@@ -19,6 +26,6 @@ def ready(kernel: wp.Kernel, device: str) -> None:
     note.daemon = True
     note.start()
     try:
-        kernel.module.load(wp.get_device(device))
+        kernel.module.load(target)
     finally:
         note.cancel()

@@ -13,7 +13,15 @@ app = App(
     version_flags=["--version"],
     result_action="return_value",
 )
-for command in (runs.presets, runs.simulate, runs.resistance, pictures.plot, pictures.reproduce, checks.doctor):
+for command in (
+    runs.presets,
+    runs.simulate,
+    runs.resistance,
+    pictures.plot,
+    pictures.reproduce,
+    checks.doctor,
+    checks.cite,
+):
     app.command(command)
 
 

@@ -1,6 +1,6 @@
-"""Commands that check: doctor."""
+"""Commands about helimag itself: doctor, cite."""
 
-from helimag.cli._shared import Json, print_json
+from helimag.cli._shared import Changes, Json, ScenarioName, print_json, scenario_from
 from helimag.errors import RunError
 
 
@@ -15,3 +15,16 @@ def doctor(*, json: Json = False) -> None:
         print(report.text)
     if not report.healthy:
         raise RunError("the check run does not match the reference states: see 'helimag doctor'")
+
+
+def cite(scenario: ScenarioName, *, changes: Changes = None) -> None:
+    """Print a methods paragraph for runs of a scenario, and what to cite."""
+    from importlib.metadata import version
+
+    from helimag.cite import citations, methods
+
+    chosen = scenario_from(scenario, changes)
+    print(methods(chosen, version("helimag")))
+    print()
+    for reference in citations(chosen):
+        print(f"- {reference}")

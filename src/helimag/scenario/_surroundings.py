@@ -89,11 +89,23 @@ class Workspace(Part):
         return (x[0], y[0], floor), (x[1], y[1], surface)
 
 
+MOST_SAMPLES = 5e6  # of one run; half a gigabyte of records
+
+
 class Run(Part):
     """How long to simulate, and how often to write a sample (1800 samples where not given)."""
 
     duration: Time = 1800.0
     interval: Time | None = None
+
+    @model_validator(mode="after")
+    def _memory_suffices(self) -> Self:
+        samples = self.duration / self.sample_interval
+        if samples > MOST_SAMPLES:
+            least = q.show(self.duration / MOST_SAMPLES, q.TIME)
+            got = q.show(self.sample_interval, q.TIME)
+            raise InputError(f"interval must be at least {least}, for {MOST_SAMPLES:g} samples; got '{got}'")
+        return self
 
     @property
     def sample_interval(self) -> float:
