@@ -3,9 +3,9 @@
 from helimag.scenario import Scenario
 
 REFERENCES = {
-    "model": "Input-Output Boundedness of a Magnetically-Actuated Helical Device (the model, its gain and the runs of Fig. 3)",
+    "model": "Input-Output Boundedness of a Magnetically-Actuated Helical Device (model, gain, the runs of Fig. 3)",
     "lighthill": "J. Lighthill, Flagellar hydrodynamics, SIAM Review 18 (1976) 161",
-    "gray-hancock": "J. Gray and G. J. Hancock, The propulsion of sea-urchin spermatozoa, J. Exp. Biol. 32 (1955) 802",
+    "gray-hancock": "J. Gray and G. J. Hancock, Propulsion of sea-urchin spermatozoa, J. Exp. Biol. 32 (1955) 802",
     "dop853": "E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993",
     "warp": "M. Macklin, Warp: a high-performance Python framework for GPU simulation and graphics, 2022",
 }
@@ -28,6 +28,7 @@ def methods(scenario: Scenario, version: str) -> str:
     }[device.hydrodynamics.model]
     field = {"dipole": "a point dipole", "cylinder": "a uniformly magnetised cylinder (multipoles up to order 9)"}
     pitch = {"origin": "turned about the lab's origin", "magnet": "turned about the magnet's centre"}
+    count = "the magnet" if len(scenario.magnet) == 1 else f"{len(scenario.magnet)} magnets, each"
     by_mark: dict[str, list[str]] = {}
     for path, mark in scenario.provenance.items():
         by_mark.setdefault(mark.partition(":")[0], []).append(path)
@@ -36,8 +37,8 @@ def methods(scenario: Scenario, version: str) -> str:
     )
     sentences = [
         f"The device was simulated with helimag {version} (scenario hash {scenario.hash[:12]}).",
-        f"Its six degrees of freedom follow the quasi-static balance of magnetic, gravitational and viscous loads, with "
-        f"{drag} for the helix and {len(scenario.magnet)} magnet(s) taken as {field[magnet.field]}.",
+        f"Its six degrees of freedom follow the quasi-static balance of magnetic, gravitational and viscous loads: "
+        f"{drag} for the helix, and {count} taken as {field[magnet.field]}.",
         f"The magnet turned at {drive.frequency:g} Hz, its axis {pitch[drive.pitch_about]}.",
         f"The equations were integrated for {scenario.run.duration:g} s by an adaptive Runge-Kutta method of order 8.",
     ]

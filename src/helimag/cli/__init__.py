@@ -13,15 +13,16 @@ app = App(
     version_flags=["--version"],
     result_action="return_value",
 )
-for command in (
+COMMANDS = (
     runs.presets,
     runs.simulate,
-    runs.resistance,
     pictures.plot,
     pictures.reproduce,
+    runs.resistance,
     checks.doctor,
     checks.cite,
-):
+)
+for command in COMMANDS:
     app.command(command)
 
 

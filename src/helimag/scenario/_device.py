@@ -43,7 +43,7 @@ class Helix(Part):
         if not self.radius > 0.0:
             wire = q.show(self.wire_radius, q.LENGTH)
             coil = q.show(self.outer_diameter / 2.0, q.LENGTH)
-            raise InputError(f"wire_radius must be less than half the outer_diameter ({coil}); got '{wire}'")
+            raise InputError(f".wire_radius must be less than half the outer_diameter ({coil}); got '{wire}'")
         return self
 
 
@@ -155,12 +155,12 @@ class Hydrodynamics(Part):
     @model_validator(mode="after")
     def _matrix_given(self) -> Self:
         if (self.model == "matrix") != (self.resistance is not None):
-            raise InputError('resistance must be given with model = "matrix", and only with it')
+            raise InputError('.resistance must be given with model = "matrix", and only with it')
         if self.resistance is not None:
             if len(self.resistance) != 6 or any(len(row) != 6 for row in self.resistance):
-                raise InputError("resistance must be 6 rows of 6 numbers (SI, about the head's centre)")
+                raise InputError(".resistance must be 6 rows of 6 numbers (SI, about the head's centre)")
             if not all(math.isfinite(entry) for row in self.resistance for entry in row):
-                raise InputError("resistance must hold finite numbers only")
+                raise InputError(".resistance must hold finite numbers only")
         return self
 
 

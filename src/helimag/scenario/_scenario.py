@@ -124,7 +124,8 @@ def _messages(error: ValidationError) -> Iterator[str]:
             case "extra_forbidden":
                 yield f"{where} is not a known key; got {problem['input']!r}"
             case "value_error":
-                yield f"{where} {text}".strip() if where else text
+                # rules of a whole part name the field at fault with a leading dot
+                yield f"{where}{text}" if text.startswith(".") else f"{where} {text}".strip()
             case _:
                 yield f"{where}: {text[0].lower()}{text[1:]}; got {problem['input']!r}"
 

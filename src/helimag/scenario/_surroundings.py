@@ -59,9 +59,9 @@ class Drive(Part):
     @model_validator(mode="after")
     def _sensible(self) -> Self:
         if self.frequency == 0.0:
-            raise InputError("frequency must not be zero; a negative one turns the magnet the other way")
+            raise InputError(".frequency must not be zero; a negative one turns the magnet the other way")
         if not abs(self.pitch) < math.pi / 2.0:
-            raise InputError(f"pitch must be between -90 deg and 90 deg; got '{q.show(self.pitch, q.ANGLE)}'")
+            raise InputError(f".pitch must be between -90 deg and 90 deg; got '{q.show(self.pitch, q.ANGLE)}'")
         return self
 
 
@@ -104,7 +104,7 @@ class Run(Part):
         if samples > MOST_SAMPLES:
             least = q.show(self.duration / MOST_SAMPLES, q.TIME)
             got = q.show(self.sample_interval, q.TIME)
-            raise InputError(f"interval must be at least {least}, for {MOST_SAMPLES:g} samples; got '{got}'")
+            raise InputError(f".interval must be at least {least}, for {MOST_SAMPLES:g} samples; got '{got}'")
         return self
 
     @property
