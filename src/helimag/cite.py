@@ -6,7 +6,7 @@ REFERENCES = {
     "model": "Input-Output Boundedness of a Magnetically-Actuated Helical Device (model, gain, the runs of Fig. 3)",
     "lighthill": "J. Lighthill, Flagellar hydrodynamics, SIAM Review 18 (1976) 161",
     "gray-hancock": "J. Gray and G. J. Hancock, Propulsion of sea-urchin spermatozoa, J. Exp. Biol. 32 (1955) 802",
-    "dop853": "E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993",
+    "dop853": "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993",
     "warp": "M. Macklin, Warp: a high-performance Python framework for GPU simulation and graphics, 2022",
 }
 

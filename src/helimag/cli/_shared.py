@@ -4,11 +4,12 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from helimag.errors import InputError
+from helimag.errors import FileError, InputError
 
 if TYPE_CHECKING:
     from helimag.scenario import Scenario
@@ -53,6 +54,14 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     finally:
         if bar.live.is_started:
             bar.stop()
+
+
+def check_target(path: Path) -> None:
+    """Refuse a file that cannot be written before the work is done, not after."""
+    if path.is_dir():
+        raise FileError(f"{path} is a directory; name a file in it")
+    if not path.parent.is_dir():
+        raise FileError(f"{path} cannot be written: there is no folder '{path.parent}'")
 
 
 def print_json(data: object) -> None:

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from helimag.cli._shared import Changes, Json, ScenarioName, degrees, print_json, progress_bar, scenario_from
+from helimag.cli._shared import (
+    Changes,
+    Json,
+    ScenarioName,
+    check_target,
+    degrees,
+    print_json,
+    progress_bar,
+    scenario_from,
+)
 
 if TYPE_CHECKING:
     from helimag.scenario import Scenario
@@ -64,6 +73,8 @@ def simulate(
     """
     from helimag.simulation import simulate as run
 
+    if output is not None:
+        check_target(output)
     chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
     with progress_bar(f"simulating {chosen.name}") as progress:
         trajectory = run(chosen, device=device, progress=progress)
