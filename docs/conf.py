@@ -6,11 +6,11 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
-import generated  # noqa: E402  from the folder just named
+import generated  # from the folder just named
 
 project = "helimag"
 author = "The helimag developers"
-copyright = f"2026, {author}"  # noqa: A001  Sphinx' name
+copyright = f"2026, {author}"
 release = generated.release()
 
 extensions = [

@@ -1,4 +1,4 @@
-"""Parts of the reference that are written from the code itself, as MyST text: no name, unit or default is typed twice."""
+"""Parts of the reference that are written from the code, as MyST text: no name, unit or default is typed twice."""
 
 import inspect
 import json
@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, Union, get_args, get_origin
 
 import helimag
-from helimag import quantities
 from helimag.physics import kinematics
 from helimag.scenario import Scenario, load, preset_names
 from helimag.scenario._device import Part
@@ -95,12 +94,14 @@ def public_names() -> str:
     for room in sorted(set(helimag._HOMES.values())):
         names = [name for name in helimag.__all__ if helimag._HOMES[name] == room]
         parts.append(f"## {room}\n\n{plain(import_module(f'helimag.{room}').__doc__)}\n")
-        parts += [f"### `helimag.{name}`\n\n{documented(f'helimag.{room}', name, getattr(helimag, name))}" for name in names]
+        parts += [
+            f"### `helimag.{name}`\n\n{documented(f'helimag.{room}', name, getattr(helimag, name))}" for name in names
+        ]
     return "\n".join(parts)
 
 
 def formulas() -> str:
-    """Every public function and structure of the rooms that hold formulas, except what the public names show already."""
+    """Every public function and structure of the rooms that hold formulas, but for what the public names show already."""
     shown = {getattr(helimag, name) for name in helimag.__all__}
     parts = []
     for module in formula_modules():
@@ -151,7 +152,9 @@ def default_of(model: type[Part], name: str) -> str:
     value = field.get_default(call_default_factory=True)
     if value is None or isinstance(value, Part) or value == {}:
         return "optional"
-    written = model.__pydantic_serializer__.to_python(model.model_construct(**{name: value}), mode="json", warnings=False)
+    written = model.__pydantic_serializer__.to_python(
+        model.model_construct(**{name: value}), mode="json", warnings=False
+    )
     return f"`{json.dumps(written[name])}`"
 
 
@@ -165,9 +168,11 @@ def scenario_keys(model: type[Part] = Scenario, path: str = "") -> str:
         union = get_origin(field.annotation) in (Union, types.UnionType)
         for inner in models(field.annotation):
             deeper = f"{path}.{name}".lstrip(".")
-            shape = f' with `{next(iter(inner.model_fields))} = "{inner.model_fields["shape"].default}"`' if (
-                union and "shape" in inner.model_fields
-            ) else ""
+            shape = (
+                f' with `{next(iter(inner.model_fields))} = "{inner.model_fields["shape"].default}"`'
+                if (union and "shape" in inner.model_fields)
+                else ""
+            )
             below.append(scenario_keys(inner, deeper).replace(f"## `[{deeper}]`", f"## `[{deeper}]`{shape}", 1))
     title = f"## `[{path}]`" if path else "## Top level"
     about = plain(model.__doc__)
