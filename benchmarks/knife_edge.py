@@ -1,7 +1,7 @@
 """How sharp is the start of Fig. 3(B)? The outcome at the published start and 1 um beside it, integrated in many ways.
 
 Tolerance and sampling interval change nothing but the integrator's steps, that is, its rounding and truncation errors.
-For each start: how many of these runs fell, and the range of the gain over the first 700 s of those that fell and stayed.
+For each start: how many of these runs fell, and the range of the gain at 700 s of those that fell, and stayed.
 """
 
 import argparse

@@ -4,17 +4,18 @@ import inspect
 import json
 import pkgutil
 import re
+import tomllib
 import types
 from collections.abc import Iterator
 from enum import Enum
-from importlib import import_module
+from importlib import import_module, resources
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Union, get_args, get_origin
 
 import helimag
 from helimag.physics import kinematics
-from helimag.scenario import Scenario, load, preset_names
+from helimag.scenario import Scenario, preset_names
 from helimag.scenario._device import Part
 
 ROOMS_OF_FORMULAS = ("physics", "hydrodynamics", "gain", "quantities")
@@ -80,12 +81,24 @@ def directive(kind: str, name: str, *options: str) -> str:
 
 def documented(home: str, name: str, thing: object) -> str:
     """The autodoc directive for a function, class or enumeration."""
-    if inspect.isclass(thing):
-        options = [":members:", ":show-inheritance:"] if issubclass(thing, Exception) else [":members:"]
-        if issubclass(thing, Enum):
-            options.append(":undoc-members:")
-        return directive("autoclass", f"{home}.{name}", *options)
-    return directive("autofunction", f"{home}.{name}")
+    if not inspect.isclass(thing):
+        return directive("autofunction", f"{home}.{name}")
+    options = [":members:"]
+    if issubclass(thing, Exception):
+        options.append(":show-inheritance:")
+    if issubclass(thing, Enum):
+        options.append(":undoc-members:")
+    if is_model(thing):
+        options.append(":exclude-members: model_config")
+    return directive("autoclass", f"{home}.{name}", *options) + fields(thing)
+
+
+def fields(structure: type) -> str:
+    """A table of a structure's fields, with the comments beside them in the source; empty where none has one."""
+    rows = re.findall(r"^    (\w+): ([\w.]+)(?: *# (.*))?$", inspect.getsource(structure), flags=re.MULTILINE)
+    if not any(comment for _, _, comment in rows):
+        return ""
+    return "\n" + table(("field", "type", "meaning"), ((f"`{n}`", f"`{t}`", c) for n, t, c in rows))
 
 
 def public_names() -> str:
@@ -100,8 +113,16 @@ def public_names() -> str:
     return "\n".join(parts)
 
 
+def scenario_models() -> str:
+    """The models that a scenario is made of."""
+    from helimag import scenario
+
+    names = [name for name in scenario.__all__ if is_model(getattr(scenario, name)) and name not in helimag.__all__]
+    return "\n".join(documented("helimag.scenario", name, getattr(scenario, name)) for name in names)
+
+
 def formulas() -> str:
-    """Every public function and structure of the rooms that hold formulas, but for what the public names show already."""
+    """Every public function and structure of the rooms that hold formulas, but for public names."""
     shown = {getattr(helimag, name) for name in helimag.__all__}
     parts = []
     for module in formula_modules():
@@ -200,21 +221,37 @@ def commands() -> str:
     return text[first.start() :]
 
 
+def as_text(value: Any) -> str:
+    """A TOML value in words."""
+    if isinstance(value, dict):
+        return "; ".join(f"{key}: {as_text(inner)}" for key, inner in value.items())
+    return ", ".join(value) if isinstance(value, list) else str(value)
+
+
+def preset_values(name: str) -> dict[str, tuple[str, str, str]]:
+    """Values of a preset's file by path, each with its mark and source."""
+    data = tomllib.loads((resources.files("helimag") / "presets" / f"{name}.toml").read_text(encoding="utf-8"))
+    values = {}
+    for path, mark in data["provenance"].items():
+        value: Any = data
+        for step in path.split("."):
+            value = value[step]
+        kind, _, source = mark.partition(": ")
+        values[path] = (as_text(value), kind, source)
+    return values
+
+
 def preset_marks() -> str:
-    """Values of the presets by their mark, with the source."""
+    """All values of one preset, and of the others those that differ from it."""
+    first = "paper/fig3c"
+    base = preset_values(first)
     parts = []
-    for name in (name for name in preset_names() if name.startswith("paper/fig3")):
-        parts.append(f"## `{name}`\n")
-        data = load(name).model_dump(mode="json")
-        rows = []
-        for path, mark in load(name).provenance.items():
-            value: Any = data
-            for step in path.split("."):
-                value = value[0] if isinstance(value, list) and step != path.split(".")[0] else value
-                value = value[step]
-            kind, _, source = mark.partition(": ")
-            rows.append((f"`{path}`", f"{value}", kind, source))
-        parts.append(table(("field", "value", "mark", "source"), iter(rows)))
+    for name in [first, *(name for name in preset_names() if name != first)]:
+        values = preset_values(name)
+        shown = values if name == first else {path: v for path, v in values.items() if base.get(path) != v}
+        rows = ((f"`{path}`", *value) for path, value in shown.items())
+        note = "All values." if name == first else f"As `{first}`, except for:"
+        parts.append(f"## `{name}`\n\n{note}\n\n{table(('field', 'value', 'mark', 'source'), rows)}")
     return "\n".join(parts)
 
 
@@ -223,6 +260,7 @@ PARTS = {
     "cli.md": commands,
     "formulas.md": formulas,
     "presets.md": preset_marks,
+    "models.md": scenario_models,
     "scenario.md": scenario_keys,
     "trajectory.md": trajectory_variables,
 }
