@@ -118,22 +118,32 @@ def test_page_runs_as_written(name: str, tmp_path: Path, monkeypatch: pytest.Mon
 
 
 @pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
-def test_readme_table_is_true(monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = re.findall(
-        r"^\|.*\|(.*)\| `(helimag simulate .*)` \|$", (ROOT / "README.md").read_text("utf-8"), re.MULTILINE
-    )
-    assert len(rows) == 3
+@pytest.mark.parametrize(("page", "runs"), [("README.md", 3), ("docs/model.md", 11)])
+def test_tables_of_runs_are_true(page: str, runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row that ends in a command claims a **verdict**, and perhaps a wall, a time and a gain."""
+    text = (ROOT / page).read_text("utf-8")
+    rows = re.findall(r"^\|.*\|(.*)\| `(helimag simulate .*)` \|$", text, re.MULTILINE)
+    assert len(rows) == runs
     for claim, command in rows:
         status, output = run_command(f"{command} --json", monkeypatch)
         assert status == 0, output
         result = json.loads(output)
-        claimed = re.search(rf"\*\*(.*?)\*\*(?:.* at ({NUMBER}) s)?(?:.*\u03b3.* = ({NUMBER}))?", claim)
-        assert claimed is not None, claim
-        verdict, escape, gain = claimed.groups()
-        assert verdict == result["verdict"]
-        assert escape or gain, claim
-        assert escape is None or float(escape) == pytest.approx(result["escape_time_s"], rel=CLOSE)
+        verdict, time, gain = claimed(claim)
+        assert verdict == result["verdict"], command
+        assert time or gain, f"{command}: a claim has a time or a gain"
+        assert time is None or float(time) == pytest.approx(result["escape_time_s"] or result["end_time_s"], rel=CLOSE)
         assert gain is None or float(gain) == pytest.approx(result["gain"], rel=CLOSE)
+        for wall in ("surface", "floor"):
+            assert (wall in claim) == (wall in result["reason"]), command
+
+
+def claimed(claim: str) -> tuple[str, str | None, str | None]:
+    """Verdict, time and gain in a table's cell."""
+    verdict = re.search(r"\*\*(.*?)\*\*", claim)
+    time = re.search(rf" at ({NUMBER}) s", claim)
+    gain = re.search(rf"\u03b3(?:\(700 s\))? = ({NUMBER})", claim)
+    assert verdict is not None, claim
+    return verdict[1], time and time[1], gain and gain[1]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=str)

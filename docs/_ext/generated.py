@@ -17,6 +17,7 @@ import helimag
 from helimag.physics import kinematics
 from helimag.scenario import Scenario, preset_names
 from helimag.scenario._device import Part
+from helimag.scenario._fields import Quantity
 
 ROOMS_OF_FORMULAS = ("physics", "hydrodynamics", "gain", "quantities")
 
@@ -165,6 +166,14 @@ def kind_of(annotation: object, schema: dict[str, Any]) -> str:
     return {"string": "text", "object": "table", "number": "number"}.get(str(schema.get("type")), "value")
 
 
+def sign_of(annotation: object, metadata: list[object]) -> str:
+    """What a quantity's number must be, where not any number will do."""
+    for mark in [*metadata, *getattr(annotation, "__metadata__", ())]:
+        if isinstance(mark, Quantity):
+            return "" if mark.sign == "any" else f"; {mark.sign}"
+    return next(filter(None, (sign_of(inner, []) for inner in get_args(annotation))), "")
+
+
 def default_of(model: type[Part], name: str) -> str:
     """A field's default as a file would write it."""
     field = model.model_fields[name]
@@ -185,7 +194,8 @@ def scenario_keys(model: type[Part] = Scenario, path: str = "") -> str:
     rows = []
     below = []
     for name, field in model.model_fields.items():
-        rows.append((f"`{name}`", kind_of(field.annotation, schema["properties"][name]), default_of(model, name)))
+        kind = kind_of(field.annotation, schema["properties"][name]) + sign_of(field.annotation, field.metadata)
+        rows.append((f"`{name}`", kind, default_of(model, name)))
         union = get_origin(field.annotation) in (Union, types.UnionType)
         for inner in models(field.annotation):
             deeper = f"{path}.{name}".lstrip(".")
