@@ -1,0 +1,197 @@
+"""The documentation is true: pages run as written, commands exist, every public name has its entry."""
+
+import contextlib
+import io
+import json
+import re
+import shlex
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from cyclopts import CycloptsError
+
+import helimag
+from helimag.cli import app, main
+
+ROOT = Path(__file__).parent.parent
+PAGES = sorted(
+    page.relative_to(ROOT)
+    for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
+    if not {"_build", "generated"} & set(page.parts)
+)
+RUN_AS_WRITTEN = (
+    "README",
+    *(f"docs/{name}" for name in ("tutorial", "howto/write-a-scenario", "howto/simulate", "howto/own-resistance")),
+)
+NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
+CLOSE = 0.02  # relative; the runs shown are sensitive to rounding, which differs between machines
+
+
+class Block(NamedTuple):
+    """A fenced block of a page."""
+
+    language: str
+    text: str
+    line: int
+
+
+def blocks(page: Path) -> Iterator[Block]:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for match in re.finditer(r"^( *)```([\w-]+)\n(.*?)^\1```", text, flags=re.MULTILINE | re.DOTALL):
+        yield Block(match[2], match[3], text.count("\n", 0, match.start()) + 1)
+
+
+def commands(block: Block) -> Iterator[tuple[str, str]]:
+    """Command lines of a console block, each with the output that is shown below it; helimag's only."""
+    for part in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
+        command, _, output = part.replace("\\\n", " ").partition("\n")
+        command = command.removeprefix(".venv/bin/")
+        if command.startswith("helimag "):
+            yield command, output
+
+
+def helimag_commands(page: Path) -> list[str]:
+    return [command for block in blocks(page) if block.language == "console" for command, _ in commands(block)]
+
+
+def differs(shown: str, printed: str) -> str | None:
+    """How printed text differs from what a page shows: ``...`` stands for anything, numbers must be close."""
+    pieces = re.split(rf"(\.\.\.|{NUMBER})", shown.strip())
+    wanted = [piece for piece in pieces[1::2] if piece != "..."]
+    pattern = "".join(
+        ".*?" if piece == "..." else rf"\s*({NUMBER})" if i % 2 else re.sub(r"(?:\\?\s)+", r"\\s*", re.escape(piece))
+        for i, piece in enumerate(pieces)
+    )
+    match = re.fullmatch(pattern, printed.strip(), flags=re.DOTALL)
+    if match is None:
+        return f"the page shows\n{shown}\nbut it prints\n{printed}"
+    for want, got in zip(wanted, match.groups(), strict=True):
+        digits = len(want.partition(".")[2])
+        if abs(float(got) - float(want)) > max(CLOSE * abs(float(want)), 2.0 * 10.0**-digits if digits else 0.0):
+            return f"the page shows {want} where it prints {got}:\n{printed}"
+    return None
+
+
+def run_command(line: str, monkeypatch: pytest.MonkeyPatch) -> tuple[int, str]:
+    """Run a helimag command line, perhaps with its output into a file; exit status and what it printed."""
+    words = shlex.split(line)
+    target = words[words.index(">") + 1] if ">" in words else None
+    monkeypatch.setattr(sys, "argv", words[: words.index(">")] if target else words)
+    out, err = io.StringIO(), io.StringIO()
+    status = 0
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as end:
+            status = int(end.code or 0)
+    if target:
+        Path(target).write_text(out.getvalue(), encoding="utf-8")
+        return status, ""
+    return status, err.getvalue() if status else out.getvalue()
+
+
+@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell, on purpose
+@pytest.mark.parametrize("name", RUN_AS_WRITTEN)
+def test_page_runs_as_written(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = Path(f"{name}.md")
+    monkeypatch.chdir(tmp_path)
+    space: dict[str, object] = {"__name__": "page"}
+    printed = ""
+    for block in blocks(page):
+        where = f"{page}:{block.line}"
+        if block.language == "python":
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                exec(compile(block.text, where, "exec"), space)
+            printed = out.getvalue()
+        elif block.language == "text":
+            assert (difference := differs(block.text, printed)) is None, f"{where}: {difference}"
+        elif block.language == "console":
+            for command, shown in commands(block):
+                status, output = run_command(command, monkeypatch)
+                assert status == (2 if shown.startswith("helimag: ") else 0), f"{where}: {command}: {output}"
+                if shown.strip():
+                    assert (difference := differs(shown, output)) is None, f"{where}: {command}: {difference}"
+
+
+@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
+@pytest.mark.parametrize(("page", "runs"), [("README.md", 3), ("docs/model.md", 11)])
+def test_tables_of_runs_are_true(page: str, runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row that ends in a command claims a **verdict**, and perhaps a wall, a time and a gain."""
+    text = (ROOT / page).read_text("utf-8")
+    rows = re.findall(r"^\|.*\|(.*)\| `(helimag simulate .*)` \|$", text, re.MULTILINE)
+    assert len(rows) == runs
+    for claim, command in rows:
+        status, output = run_command(f"{command} --json", monkeypatch)
+        assert status == 0, output
+        result = json.loads(output)
+        verdict, time, gain = claimed(claim)
+        assert verdict == result["verdict"], command
+        assert time or gain, f"{command}: a claim has a time or a gain"
+        assert time is None or float(time) == pytest.approx(result["escape_time_s"] or result["end_time_s"], rel=CLOSE)
+        assert gain is None or float(gain) == pytest.approx(result["gain"], rel=CLOSE)
+        for wall in ("surface", "floor"):
+            assert (wall in claim) == (wall in result["reason"]), command
+
+
+def claimed(claim: str) -> tuple[str, str | None, str | None]:
+    """Verdict, time and gain in a table's cell."""
+    verdict = re.search(r"\*\*(.*?)\*\*", claim)
+    time = re.search(rf" at ({NUMBER}) s", claim)
+    gain = re.search(rf"\u03b3(?:\(700 s\))? = ({NUMBER})", claim)
+    assert verdict is not None, claim
+    return verdict[1], time and time[1], gain and gain[1]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=str)
+def test_commands_on_pages_exist(page: Path) -> None:
+    for command in helimag_commands(page):
+        words = shlex.split(re.split(r" [>|] ", command)[0])[1:]
+        if any(word in ("--help", "--version") for word in words):
+            continue
+        try:
+            app.parse_args(words, exit_on_error=False, print_error=False)
+        except CycloptsError as error:
+            pytest.fail(f"{page}: {command}: {error}")
+
+
+def test_pages_have_commands() -> None:
+    assert sum(len(helimag_commands(page)) for page in PAGES) > 10
+
+
+def test_every_public_name_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
+    import generated
+
+    entries = generated.public_names()
+    for name in helimag.__all__:
+        thing = getattr(helimag, name)
+        assert f"### `helimag.{name}`" in entries
+        assert thing.__doc__, f"helimag.{name} has no docstring"
+    assert "{include} generated/api.md" in (ROOT / "docs/reference/api.md").read_text(encoding="utf-8")
+
+
+def test_every_scenario_key_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
+    import generated
+
+    text = generated.scenario_keys()
+    for path in helimag.load("paper/fig3c").provenance:
+        table, _, key = path.rpartition(".")
+        section = text.partition(f"## `[{table}]`")[2].partition("\n## ")[0]
+        assert f"| `{key}` |" in section, path
+
+
+@pytest.mark.parametrize(
+    ("shown", "printed"),
+    [("gain 0.408", "gain 0.5"), ("3 runs", "4 runs"), ("a ... c", "a b"), ("bounded", "drifting"), ("x 1", "x 1 2")],
+)
+def test_a_page_that_lies_is_caught(shown: str, printed: str) -> None:
+    assert differs(shown, printed) is not None
+
+
+def test_a_page_that_is_true_passes() -> None:
+    assert differs("gain  0.408 (y ... mm)\n  slips ...\n", "gain 0.407 (y 5.1 mm)\n  slips 12\n") is None
