@@ -141,7 +141,8 @@ class _Task:
 
     def _history(self, run: int, progress: np.void, wall_time: float) -> History:
         scenario = self.scenarios[run]
-        times = np.minimum(np.arange(self.samples[run]) * scenario.run.sample_interval, scenario.run.duration)
+        times = np.arange(self.samples[run]) * scenario.run.sample_interval
+        times[times >= float(loop.NEARLY_ONE) * scenario.run.duration] = scenario.run.duration
         end = float(progress["time"])
         count = min(int(np.searchsorted(times, end)) + 1, times.size)
         times = times[:count].copy()
