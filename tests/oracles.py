@@ -172,7 +172,7 @@ def cross(a, b):
 
 def matrix_of(q):
     """Rotation matrix of a quaternion w, x, y, z (Euler-Rodrigues)."""
-    w, x, y, z = q / np.sqrt(q @ q)
+    w, x, y, z = np.asarray(q) / np.linalg.norm(q)
     matrix = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + 2 * w * matrix + 2 * matrix @ matrix
 

@@ -236,10 +236,13 @@ def _watch(futures: list[Future[list[History]]], report: Callable[[], object]) -
         report()
 
 
-def _checked_states(scenarios: Sequence[Scenario], given: Floats | None) -> Floats:
+def _checked_states(scenarios: Sequence[Scenario], given: Floats | list[Floats] | None) -> Floats:
     if given is None:
         return np.array([start_state(scenario) for scenario in scenarios])
-    states = np.array(given, dtype=np.float64)
+    try:
+        states = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"initial_states must be numbers of shape ({len(scenarios)}, 7); got {given!r}") from None
     if states.shape != (len(scenarios), 7) or not np.all(np.isfinite(states)):
         raise InputError(f"initial_states must be finite numbers of shape ({len(scenarios)}, 7); got {states.shape}")
     lengths = np.linalg.norm(states[:, 3:], axis=1, keepdims=True)
@@ -285,7 +288,7 @@ def simulate(
     """
     changes = {"run.duration": duration, "run.interval": interval}
     given = {path: value for path, value in changes.items() if value is not None}
-    states = None if initial_state is None else np.asarray(initial_state)[None, :]
+    states = None if initial_state is None else [initial_state]
     (history,) = advance(
         [scenario.replaced(given) if given else scenario],
         initial_states=states,
