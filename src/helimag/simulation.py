@@ -308,7 +308,30 @@ def simulate_many(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Trajectory]:
-    """Run a batch of scenarios in parallel; see :func:`advance` for parameters, :func:`simulate` for results."""
+    """Run a batch of scenarios in parallel and return their trajectories, in order.
+
+    Parameters
+    ----------
+    scenarios
+        At least one; all with the same magnet field model.
+    initial_states
+        (runs, 7): head position (m) and quaternion w, x, y, z; default each scenario's start, level along x.
+    tolerance
+        Of one step, see :func:`advance`.
+    device
+        ``"cpu"`` or a CUDA device such as ``"cuda"``.
+    threads
+        CPU threads; default one a core.
+    progress
+        Called with the fraction done, some times a second.
+
+    Raises
+    ------
+    InputError
+        Where the batch is empty, mixes field models, or its states do not fit.
+    RunError
+        Where the numbers of a run broke down.
+    """
     histories = advance(
         scenarios,
         initial_states=initial_states,

@@ -47,6 +47,11 @@ def preset_names() -> list[str]:
 def load(scenario: str | Path) -> Scenario:
     """Load a scenario: the name of a preset, or the path of a TOML file.
 
+    Parameters
+    ----------
+    scenario
+        Such as ``"paper/fig3c"`` or ``"my-run.toml"``.
+
     Raises
     ------
     FileError
