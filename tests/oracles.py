@@ -1,7 +1,9 @@
-"""The model once more, in plain NumPy and SciPy, written from its description and not from the package: what tests compare with.
+"""The model once more, in plain NumPy and SciPy, written from its description, not from the package.
 
-A case is a plain dictionary of SI numbers; :func:`scenario_of` writes it as a scenario file and reads that with the package.
+A case is a plain dictionary of SI numbers; :func:`scenario_of` writes it as a scenario file, for the package to read.
 """
+
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import quad_vec, solve_ivp
@@ -134,7 +136,7 @@ def resistance(c):
         return np.array(columns).T
 
     edges = np.append(np.arange(0.0, c["length"], c["pitch"]), c["length"])
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         matrix += quad_vec(loads, low, high, epsrel=1e-12, epsabs=1e-25)[0]
     drag, spin = 6 * np.pi * c["viscosity"] * c["head"], 8 * np.pi * c["viscosity"] * c["head"] ** 3
     return matrix + np.diag([drag] * 3 + [spin] * 3)
@@ -195,7 +197,7 @@ def rpm(c, t):
     """Positions of the magnets (n, 3) and their common moment axis at time t."""
     yaw = turn("z", c["yaw"] * t)
     arm = yaw @ turn("y", -c["beta"])
-    above = np.array(c["start"]) + [0, 0, c["distance"]]
+    above = np.add(c["start"], [0, 0, c["distance"]])
     centre = (arm if c["about"] == "origin" else yaw) @ above + np.array(c["velocity"]) * t
     spin = 2 * np.pi * c["frequency"] * t
     return np.array([centre + arm @ np.array(o) for o, _ in c["magnets"]]), arm @ [0, np.cos(spin), np.sin(spin)]

@@ -1,9 +1,10 @@
-"""The command line under bad input: one clear line, status 2, nothing on stdout, nothing left behind; and JSON alone."""
+"""The command line under bad input: one clear line, status 2, nothing on stdout, nothing left behind."""
 
 import json
 import os
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 
@@ -17,8 +18,10 @@ TEXT = hm.load("paper/fig3c").to_toml()
 def helimag(monkeypatch, capsys):
     """Run the command in this process: (status, stdout, stderr)."""
 
+    app = cli.app
+
     def run(*words):
-        monkeypatch.setattr(sys, "argv", ["helimag", *map(str, words)])
+        monkeypatch.setattr(cli, "app", partial(app, [str(word) for word in words]))
         status = 0
         try:
             cli.main()
@@ -74,7 +77,7 @@ def test_files_that_are_none(helimag, tmp_path):
     refused(helimag("simulate", tmp_path / "nested.toml"), "nested.toml")
     refused(helimag("simulate", tmp_path), str(tmp_path))
     refused(helimag("simulate", tmp_path / "missing.toml"), "missing.toml", "preset")
-    refused(helimag("simulate", ""), "preset")
+    refused(helimag("simulate", ""), "directory")
     refused(helimag("presets", "paper/fig9"), "paper/fig9")
 
 
@@ -89,7 +92,7 @@ def test_files_that_are_none(helimag, tmp_path):
         (["--set", "drive.start=[1, 2"], ["--set", "TOML"]),
         (["--set", "device.helix.wire_radius=1 mm"], ["wire_radius", "1 mm"]),
         (["--duration", "soon"], ["run.duration", "a time", "soon"]),
-        (["--duration", "-1 s"], ["run.duration", "positive"]),
+        (["--duration=-1 s"], ["run.duration", "positive"]),
         (["--duration", "nan s"], ["run.duration", "nan"]),
         (["--interval", "0 s"], ["run.interval", "positive"]),
         (["--interval", "1e-9 s"], ["interval"]),
@@ -204,5 +207,6 @@ def test_interpreter_prints_no_banner_on_stdout():
         check=True,
     )
     assert json.loads(done.stdout)["end_time_s"] == 1.0
-    bad = subprocess.run([sys.executable, "-m", "helimag", "simulate", "nowhere"], capture_output=True, text=True)
+    words = [sys.executable, "-m", "helimag", "simulate", "nowhere"]
+    bad = subprocess.run(words, capture_output=True, text=True, check=False)
     assert (bad.returncode, bad.stdout) == (2, "")

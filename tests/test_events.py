@@ -1,5 +1,7 @@
 """How runs end and what they record: events, the exact end, sampling, batches, progress, numbers that break down."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,13 @@ from helimag._integrate import Status
 
 CONTACT = np.hypot(0.0175, 0.010) + 0.0003603
 NEAR = {"distance": 0.040, "beta": np.radians(5.0)}
-SINKING = {"moment": 1e-30, "yaw": 0.0, "start": (0.0, 0.0, 0.0), "weight": 3e-4, "matrix": np.diag([0.1] * 3 + [8e-9] + [6e-6] * 2)}
+SINKING = {
+    "moment": 1e-30,
+    "yaw": 0.0,
+    "start": (0.0, 0.0, 0.0),
+    "weight": 3e-4,
+    "matrix": np.diag([0.1] * 3 + [8e-9] + [6e-6] * 2),
+}
 SINKING |= {"gravity_center": 0.0}
 
 
@@ -62,7 +70,9 @@ def test_vertical_ends(name):
 @pytest.mark.parametrize(("axis", "side"), [("x", -1), ("x", 1), ("y", -1), ("y", 1)])
 def test_walls(axis, side):
     """Pulled by a drive along nothing but a magnet from the side: the nose, or the tail, touches first."""
-    c = oracles.case(about="magnet", magnets=[((0.0, 0.0, 0.0), 18.89)], distance=0.06, beta=0.0, yaw=0.0, start=(0.0, 0.0, 0.0))
+    c = oracles.case(
+        about="magnet", magnets=[((0.0, 0.0, 0.0), 18.89)], distance=0.06, beta=0.0, yaw=0.0, start=(0.0, 0.0, 0.0)
+    )
     reach = {("x", 1): 0.0003603, ("x", -1): 0.0003603 + 0.0117 + 0.00047}.get((axis, side), 0.00047)
     limits = sorted([side * (reach + 5e-5), -side * 0.5])
     walls = f'[workspace]\nwalls = {{ {axis} = ["{limits[0]!r} m", "{limits[1]!r} m"] }}'
@@ -86,7 +96,9 @@ def test_a_start_that_already_touches_ends_at_once():
 # ------------------------------------------------------------------------------------------------ the end, and sampling
 
 
-@pytest.mark.parametrize(("duration", "interval"), [(7.1, None), (14.2, None), (1.0, 0.3), (0.3, 0.1), (2.0, 5.0), (1e-7, None)])
+@pytest.mark.parametrize(
+    ("duration", "interval"), [(7.1, None), (14.2, None), (1.0, 0.3), (0.3, 0.1), (2.0, 5.0), (1e-7, None)]
+)
 def test_the_end_is_exact(duration, interval):
     """Also where the interval is no divisor, or 1800 of it fall short by rounding (7.1 s)."""
     run = oracles.run(oracles.case(), duration, interval=interval)
@@ -113,7 +125,9 @@ def test_sampling_does_not_change_what_a_run_says():
     assert coarse.dataset.height_mean.values[1] == pytest.approx(np.trapezoid(heights[third], dx=0.005) / 20, abs=1e-7)
     attack = fine.dataset.attack_angle.values[third]
     assert coarse.dataset.attack_mean.values[1] == pytest.approx(np.trapezoid(attack, dx=0.005) / 20, abs=2e-4)
-    assert coarse.dataset.attack_mean_square.values[1] == pytest.approx(np.trapezoid(attack**2, dx=0.005) / 20, abs=2e-4)
+    assert coarse.dataset.attack_mean_square.values[1] == pytest.approx(
+        np.trapezoid(attack**2, dx=0.005) / 20, abs=2e-4
+    )
     assert coarse.dataset.height_low.values[1] == pytest.approx(heights[third].min(), abs=1e-6)
     assert coarse.dataset.height_high.values[1] == pytest.approx(heights[third].max(), abs=1e-6)
 
@@ -139,7 +153,9 @@ def test_batch_is_the_same_as_single_runs_bit_for_bit(threads):
 
 def test_fill_up_magnets_of_a_batch_touch_nothing():
     """A scenario with one magnet far from the arm's centre must not meet the others' second magnet there."""
-    off = oracles.case(about="magnet", beta=0.0, yaw=0.0, distance=0.03, magnets=[((0.0, 0.0, 0.12), 18.89)], weight=-3e-3)
+    off = oracles.case(
+        about="magnet", beta=0.0, yaw=0.0, distance=0.03, magnets=[((0.0, 0.0, 0.12), 18.89)], weight=-3e-3
+    )
     two = oracles.case(magnets=[((0.0, 0.05, 0.0), 9.0), ((0.0, -0.05, 0.0), 9.0)])
     scenarios = [oracles.scenario_of(c, '[run]\nduration = "2 s"') for c in (off, two)]
     together, alone = hm.simulate_many(scenarios)[0], hm.simulate(scenarios[0])
@@ -151,7 +167,7 @@ def test_progress_reaches_one():
     seen = []
     hm.simulate_many(mixed_batch(), progress=seen.append)
     assert seen[-1] == pytest.approx(1.0, abs=1e-12)
-    assert all(b >= a - 1e-12 for a, b in zip(seen[:-1], seen[1:], strict=True))
+    assert all(b >= a - 1e-12 for a, b in pairwise(seen))
     assert min(seen) >= 0.0
 
 
@@ -159,7 +175,7 @@ def test_an_interrupted_batch_stops():
     class Enough(Exception):
         pass
 
-    def stop(done):
+    def stop(_):
         raise Enough
 
     with pytest.raises(Enough):

@@ -85,7 +85,7 @@ def test_spheroid_matches_perrins_integrals(ratio):
 
 
 def surface_resistance(points, areas):
-    """Drag coefficients of a body from points on its surface: regularised Stokeslets (Cortez, SIAM J. Sci. Comput. 23, 2001).
+    """Resistance from points on a surface: regularised Stokeslets (Cortez, SIAM J. Sci. Comput. 23, 2001, 1204).
 
     The regularisation is 0.35 of the spacing, which puts a ball's drag and spin right to 1 % (checked below).
     """
@@ -223,7 +223,10 @@ def test_published_closed_forms(row, model, column):
 # --------------------------------------------------------------------------------------------------------------- weight
 
 
-@pytest.mark.parametrize("head", [SphereHead(radius=4e-4), SpheroidHead(length=1e-3, diameter=8e-4), CylinderHead(length=1e-3, diameter=9e-4)])
+@pytest.mark.parametrize(
+    "head",
+    [SphereHead(radius=4e-4), SpheroidHead(length=1e-3, diameter=8e-4), CylinderHead(length=1e-3, diameter=9e-4)],
+)
 def test_weight_from_densities(head):
     """Against a sum over small pieces of the parts, each weighing (rho - rho_fluid) V g where it is."""
     base = oracles.scenario_of(oracles.case(densities=(4500.0, 7500.0)))
@@ -231,7 +234,11 @@ def test_weight_from_densities(head):
     force, moment = net_weight(device, base.fluid)
     helix = device.helix
     reach = {"sphere": 4e-4, "spheroid": 5e-4, "cylinder": 5e-4}[head.shape]
-    volume = {"sphere": 4 / 3 * np.pi * 4e-4**3, "spheroid": 4 / 3 * np.pi * 5e-4 * 4e-4**2, "cylinder": np.pi * 4.5e-4**2 * 1e-3}
+    volume = {
+        "sphere": 4 / 3 * np.pi * 4e-4**3,
+        "spheroid": 4 / 3 * np.pi * 5e-4 * 4e-4**2,
+        "cylinder": np.pi * 4.5e-4**2 * 1e-3,
+    }
     u = (np.arange(100000) + 0.5) / 100000 * helix.length
     piece = np.pi * helix.wire_radius**2 * np.sqrt(1 + (2 * np.pi * (0.00047 - helix.wire_radius) / helix.pitch) ** 2)
     pieces = 9.80665 * (4500.0 - 971.0) * piece * helix.length / 100000

@@ -1,7 +1,7 @@
 """Symmetries of the equations that every run must share: rotation about z, translation, mirrors, changes of scale.
 
-A drive always starts with the RPM at azimuth and spin angle zero, so a rotated or shifted scenario is reached through time:
-in the frame that yaws with the drive the equations repeat with every turn of the magnet.
+A drive always starts with the RPM at azimuth and spin angle zero, so a rotated or shifted scenario is reached through
+time: in the frame that yaws with the drive the equations repeat with every turn of the magnet.
 """
 
 import numpy as np
@@ -71,7 +71,9 @@ def test_rotation_of_start_and_velocity_by_half_a_turn():
     state = np.concatenate([half @ c["start"], oracles.quaternion_of(half @ roll)])
     end = oracles.run(other, 5.0, initial_state=state).final_state
     expected = oracles.run(c, 5.0).final_state
-    same(end, np.concatenate([half @ expected[:3], oracles.quaternion_of(half @ oracles.matrix_of(expected[3:]) @ roll)]))
+    same(
+        end, np.concatenate([half @ expected[:3], oracles.quaternion_of(half @ oracles.matrix_of(expected[3:]) @ roll)])
+    )
 
 
 def mirrored(state, lab):
@@ -107,15 +109,19 @@ def test_mirror_left_and_right():
     same(end, mirrored(later, lab))
 
 
-@pytest.mark.parametrize(("length", "time", "viscosity", "share"), [(2, 0.5, 4, 2), (0.3, 1.7, 0.2, 0.9), (1, 10, 1, 1), (1, 1, 7, 0.1)])
+@pytest.mark.parametrize(
+    ("length", "time", "viscosity", "share"), [(2, 0.5, 4, 2), (0.3, 1.7, 0.2, 0.9), (1, 10, 1, 1), (1, 1, 7, 0.1)]
+)
 def test_scaling(length, time, viscosity, share):
     """Lengths, times and forces in other units: the dimensionless run is the same.
 
-    Drag gives force as viscosity length^2 / time; the magnet as m M / length^4, so m M goes with viscosity length^6 / time.
+    Drag gives force as viscosity length^2 / time, the magnet as m M / length^4: m M goes with viscosity length^6 / time.
     """
     c = oracles.case(velocity=(8e-4, -4e-4, 1e-4))
     both = viscosity * length**6 / time
-    other = c | {name: c[name] * length for name in ("length", "diameter", "pitch", "wire", "head", "gravity_center", "distance")}
+    other = c | {
+        name: c[name] * length for name in ("length", "diameter", "pitch", "wire", "head", "gravity_center", "distance")
+    }
     other |= {
         "viscosity": c["viscosity"] * viscosity,
         "weight": c["weight"] * viscosity * length**2 / time,

@@ -169,6 +169,8 @@ def test_the_field_turns_about_the_axis_given():
 def test_device_below_a_magnet_swims_the_way_its_axis_is_turned_back():
     """A helix under an RPM with its axis tilted by 13 degrees points down by atan(tan(13 deg) / 2)."""
     tilt = np.radians(13.0)
-    axis = evaluate(magnetics.field_axis_for, np.array([np.cos(tilt), 0.0, np.sin(tilt)]), np.array([0.0, 0.0, -1.0]))[0]
+    axis = evaluate(magnetics.field_axis_for, np.array([np.cos(tilt), 0.0, np.sin(tilt)]), np.array([0.0, 0.0, -1.0]))[
+        0
+    ]
     nose = -axis  # below the magnet the field turns the other way round
     assert np.arctan2(nose[2], nose[0]) == pytest.approx(-np.arctan(np.tan(tilt) / 2.0), abs=1e-14)

@@ -26,7 +26,11 @@ def test_sedimentation_sideways():
     np.testing.assert_allclose(run.final_state[:3], state[:3] + 200.0 * velocity, rtol=0, atol=1e-14)
     assert oracles.attitude_difference(run.final_state[3:], q) < 1e-14
     assert abs(velocity[0]) > 1e-5  # it does drift
-    np.testing.assert_allclose(run.dataset.height_mean.values[1:], (run.dataset.position.values[1:, 2] + run.dataset.position.values[:-1, 2]) / 2, atol=1e-14)
+    np.testing.assert_allclose(
+        run.dataset.height_mean.values[1:],
+        (run.dataset.position.values[1:, 2] + run.dataset.position.values[:-1, 2]) / 2,
+        atol=1e-14,
+    )
 
 
 def test_sedimentation_of_the_helix_begins_with_mobility_times_weight():

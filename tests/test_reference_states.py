@@ -1,4 +1,4 @@
-"""States and resistance against an independent code's data and against SciPy's DOP853 on a right-hand side of its own."""
+"""States and resistance against an independent code's data and against SciPy's DOP853 on another right-hand side."""
 
 import json
 from pathlib import Path

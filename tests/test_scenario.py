@@ -20,9 +20,9 @@ TEXT = hm.load("paper/fig3c").to_toml()
 
 def leaves(model, prefix=""):
     """Dotted names of all values that a scenario's file gives, one for an array."""
-    for name, value in model:
-        if isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
-            (value,) = value
+    for name, held in model:
+        single = isinstance(held, tuple) and len(held) == 1 and isinstance(held[0], BaseModel)
+        value = held[0] if single else held
         if isinstance(value, BaseModel):
             yield from leaves(value, f"{prefix}{name}.")
         elif value is not None:
@@ -33,7 +33,7 @@ def leaves(model, prefix=""):
 
 
 def test_the_papers_presets_are_there():
-    assert PRESETS == sorted([f"paper/fig3{x}" for x in "abc"] + [f"paper/table1-row{i}" for i in range(1, 8)])
+    assert sorted([f"paper/fig3{x}" for x in "abc"] + [f"paper/table1-row{i}" for i in range(1, 8)]) == PRESETS
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -59,7 +59,14 @@ PUBLISHED = {
     "paper/fig3b": (3.3, 10.0, 0.150, 1.8, 1800.0),
     "paper/fig3c": (3.3, 12.7, 0.150, 1.8, 1800.0),
 }
-TABLE_1 = [(13, 102, 0.825), (0, 102, 0.825), (20, 102, 0.825), (13, 91.34, 0.825), (13, 111.87, 0.825), (13, 102, 0.412)]
+TABLE_1 = [
+    (13, 102, 0.825),
+    (0, 102, 0.825),
+    (20, 102, 0.825),
+    (13, 91.34, 0.825),
+    (13, 111.87, 0.825),
+    (13, 102, 0.412),
+]
 TABLE_1 += [(13, 102, 1.571)]
 
 
@@ -67,7 +74,13 @@ TABLE_1 += [(13, 102, 1.571)]
 def test_circular_presets_hold_the_captions_numbers(name):
     scenario = hm.load(name)
     drive = scenario.drive
-    ours = drive.frequency, math.degrees(drive.pitch), drive.distance, math.degrees(drive.yaw_rate), scenario.run.duration
+    ours = (
+        drive.frequency,
+        math.degrees(drive.pitch),
+        drive.distance,
+        math.degrees(drive.yaw_rate),
+        scenario.run.duration,
+    )
     assert ours == pytest.approx(PUBLISHED[name], rel=1e-14)
     # Fig. 3(B) may start a micrometre aside, if its mark says so
     assert drive.start == pytest.approx((0.0, -0.045, 0.0), abs=1.1e-6)
@@ -112,7 +125,7 @@ anything = st.floats(allow_nan=False, allow_infinity=False)
     yaw=anything,
     velocity=st.tuples(anything, anything, anything),
     duration=sizes,
-    interval=st.none() | sizes,
+    interval=st.none() | st.floats(1e-5, 10.0),
     name=st.text(st.characters(codec="utf-8", exclude_characters="\x00")),
     head=st.sampled_from(
         [
@@ -122,7 +135,7 @@ anything = st.floats(allow_nan=False, allow_infinity=False)
         ]
     ),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_toml_there_and_back_is_exact(
     viscosity, density, moment, weight, place, frequency, pitch, yaw, velocity, duration, interval, name, head
 ):
@@ -138,7 +151,7 @@ def test_toml_there_and_back_is_exact(
             "drive.pitch": pitch,
             "drive.yaw_rate": yaw,
             "drive.velocity": velocity,
-            "run": {"duration": duration, "interval": interval},
+            "run": {"duration": duration, "interval": None if interval is None else interval * duration},
         }
     )
     again = parse(scenario.to_toml())
@@ -158,19 +171,26 @@ def test_several_magnets_and_a_matrix_survive_being_written():
     assert parse(scenario.to_toml()) == scenario
 
 
-@given(value=anything, kind=st.sampled_from([q.LENGTH, q.ANGLE, q.ANGULAR_RATE, q.FREQUENCY, q.FORCE, q.VISCOSITY, q.TIME]))
+@given(
+    value=anything, kind=st.sampled_from([q.LENGTH, q.ANGLE, q.ANGULAR_RATE, q.FREQUENCY, q.FORCE, q.VISCOSITY, q.TIME])
+)
 @settings(max_examples=200, deadline=None)
 def test_quantities_there_and_back_are_exact(value, kind):
     assert q.parse(q.show(value, kind), kind) == value
 
 
-@given(text=st.text(max_size=30) | st.from_regex(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)? ?[a-zA-Z0-9 /*^.°µ-]*", fullmatch=True))
+@given(
+    text=st.text(max_size=30) | st.from_regex(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)? ?[a-zA-Z0-9 /*^.°µ-]*", fullmatch=True)
+)
 @settings(max_examples=300, deadline=None)
 def test_any_text_is_a_finite_number_or_refused(text):
     try:
         assert math.isfinite(q.parse(text, q.LENGTH))
     except hm.InputError as error:
-        assert str(error).startswith("must be a length such as '150 mm'; got ")
+        message = str(error)
+    else:
+        return
+    assert message.startswith("must be a length such as '150 mm'; got ")
 
 
 @pytest.mark.parametrize(
@@ -195,7 +215,7 @@ def test_units(text, kind, value):
     assert q.parse(text, kind) == pytest.approx(value, rel=1e-15)
 
 
-# -------------------------------------------------------------------------------------------------------------- refusals
+# ------------------------------------------------------------------------------------------------------------- refusals
 
 REFUSED = [
     # change of the text, what the message must hold
@@ -258,11 +278,27 @@ def test_any_text_is_refused_politely(text):
 
 
 json_values = st.recursive(
-    st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=8) | st.sampled_from(["1 mm", "-2 Hz", "3 deg"]),
+    st.none()
+    | st.booleans()
+    | st.floats()
+    | st.integers()
+    | st.text(max_size=8)
+    | st.sampled_from(["1 mm", "-2 Hz", "3 deg"]),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
     max_leaves=4,
 )
-PATHS = sorted(leaves(hm.load("paper/table1-row1"))) + ["device", "magnet", "drive", "run", "workspace", "nothing", "drive.x", "", "."]
+PATHS = [
+    *sorted(leaves(hm.load("paper/table1-row1"))),
+    "device",
+    "magnet",
+    "drive",
+    "run",
+    "workspace",
+    "nothing",
+    "drive.x",
+    "",
+    ".",
+]
 
 
 @given(path=st.sampled_from(PATHS), value=json_values)
@@ -271,11 +307,10 @@ def test_any_change_is_made_or_refused(path, value):
     base = hm.load("paper/table1-row1")
     try:
         changed = base.replaced({path: value})
-    except hm.InputError as error:
-        assert str(error)
-    else:
-        assert isinstance(changed, Scenario)
-        assert parse(changed.to_toml()) == changed
+    except hm.InputError:
+        return
+    assert isinstance(changed, Scenario)
+    assert parse(changed.to_toml()) == changed
 
 
 def test_a_changed_value_loses_its_mark():

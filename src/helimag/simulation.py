@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -236,7 +237,7 @@ def _watch(futures: list[Future[list[History]]], report: Callable[[], object]) -
         report()
 
 
-def _checked_states(scenarios: Sequence[Scenario], given: Floats | list[Floats] | None) -> Floats:
+def _checked_states(scenarios: Sequence[Scenario], given: Floats | None) -> Floats:
     if given is None:
         return np.array([start_state(scenario) for scenario in scenarios])
     try:
@@ -288,7 +289,7 @@ def simulate(
     """
     changes = {"run.duration": duration, "run.interval": interval}
     given = {path: value for path, value in changes.items() if value is not None}
-    states = None if initial_state is None else [initial_state]
+    states: Any = None if initial_state is None else [initial_state]
     (history,) = advance(
         [scenario.replaced(given) if given else scenario],
         initial_states=states,
