@@ -115,7 +115,7 @@ def test_mirror_left_and_right():
 def test_scaling(length, time, viscosity, share):
     """Lengths, times and forces in other units: the dimensionless run is the same.
 
-    Drag gives force as viscosity length^2 / time, the magnet as m M / length^4: m M goes with viscosity length^6 / time.
+    Drag gives force as viscosity length^2 / time, the magnet m M / length^4: m M goes with viscosity length^6 / time.
     """
     c = oracles.case(velocity=(8e-4, -4e-4, 1e-4))
     both = viscosity * length**6 / time
