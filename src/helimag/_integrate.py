@@ -31,6 +31,7 @@ HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
 SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that the numbers are broken
 EVENT_TIME = wp.constant(wp.float64(1e-6))  # s; events are located to this
+NEARLY_ONE = wp.constant(wp.float64(1.0 - 2e-12))  # a sample this close to the end is the end, whatever rounding did
 
 
 class Status(IntEnum):
@@ -274,7 +275,9 @@ def build_advance(magnet_model: Callable[..., Any]) -> wp.Kernel:
         clock = clocks[run]
         sample = int(first)
         while sample < last and p.status == RUNNING:
-            end = wp.min(wp.float64(sample) * clock.interval, clock.duration)
+            end = wp.float64(sample) * clock.interval
+            if end >= NEARLY_ONE * clock.duration:
+                end = clock.duration
             p, record = to_sample(bodies[run], drives[run], magnets[run], clock, bounds[run], end, p)
             records[run, sample - first] = record
             if p.status == RUNNING and p.time >= clock.duration:

@@ -86,7 +86,8 @@ def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     for scenario in scenarios:
         for magnet in scenario.magnet:
             rows.append({"offset": magnet.offset, "moment": magnet.moment, "multipoles": multipoles(magnet)})
-        rows += [{"offset": (0.0, 0.0, 0.0)}] * (most - len(scenario.magnet))
+        # where a magnet is already: elsewhere, a device could touch what is not there
+        rows += [{"offset": scenario.magnet[0].offset}] * (most - len(scenario.magnet))
     return structs(magnetics.Magnet, rows).reshape(len(scenarios), most)
 
 

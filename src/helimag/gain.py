@@ -155,6 +155,14 @@ def _part_means(run: Heights) -> Floats:
     return np.diff(np.interp(edges, run.time, integral)) / np.diff(edges)
 
 
+def _growth(run: Heights) -> float:
+    """By how much the range of heights in the last quarter of the run exceeds that in the quarter before (m)."""
+    begin, end = run.time[0], run.time[-1]
+    quarter = np.minimum(4.0 * (run.time - begin) / max(end - begin, 1e-300), 3.0).astype(int)
+    ranges = [np.ptp(np.concatenate([run.low[quarter == i], run.high[quarter == i]])) for i in (2, 3) if i in quarter]
+    return float(ranges[1] - ranges[0]) if len(ranges) == 2 else 0.0
+
+
 def _settled(run: Heights) -> tuple[Verdict, str]:
     """Whether the mean height nears a limit: its changes between quarters shrink, and what is left of them is small.
 
@@ -166,7 +174,7 @@ def _settled(run: Heights) -> tuple[Verdict, str]:
     rest = abs(last) if abs(last) <= STILL * run.initial_gap or ratio < 0.0 else np.inf
     if 0.0 <= ratio < 1.0:
         rest = min(rest, abs(last) * ratio / (1.0 - ratio))
-    growth = float(np.ptp(quarters[3]) - np.ptp(quarters[2]))
+    growth = _growth(run)
     end = f"inside for {run.time[-1]:.0f} s"
     if growth > SETTLED * run.initial_gap:
         return Verdict.DRIFTING, f"{end}, but the height swings ever more: {1e3 * growth:+.2f} mm in the last quarter"

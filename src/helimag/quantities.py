@@ -135,7 +135,7 @@ def show(value: float, kind: Kind) -> str:
         factor = _factor(unit, kind)
         scaled = _scaled(value, 1.0 / float(factor))
         for digits in (6, 9, 12, 15, 17):
-            text = f"{scaled:.{digits}g} {unit}"
-            if parse(text, kind) == value:
-                return text
+            number = f"{scaled:.{digits}g}"
+            if _scaled(float(number), float(factor)) == value:
+                return f"{number} {unit}"
     return f"{value!r} {kind.si}"

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -141,7 +142,8 @@ class _Task:
 
     def _history(self, run: int, progress: np.void, wall_time: float) -> History:
         scenario = self.scenarios[run]
-        times = np.minimum(np.arange(self.samples[run]) * scenario.run.sample_interval, scenario.run.duration)
+        times = np.arange(self.samples[run]) * scenario.run.sample_interval
+        times[times >= float(loop.NEARLY_ONE) * scenario.run.duration] = scenario.run.duration
         end = float(progress["time"])
         count = min(int(np.searchsorted(times, end)) + 1, times.size)
         times = times[:count].copy()
@@ -238,7 +240,10 @@ def _watch(futures: list[Future[list[History]]], report: Callable[[], object]) -
 def _checked_states(scenarios: Sequence[Scenario], given: Floats | None) -> Floats:
     if given is None:
         return np.array([start_state(scenario) for scenario in scenarios])
-    states = np.array(given, dtype=np.float64)
+    try:
+        states = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"initial_states must be numbers of shape ({len(scenarios)}, 7); got {given!r}") from None
     if states.shape != (len(scenarios), 7) or not np.all(np.isfinite(states)):
         raise InputError(f"initial_states must be finite numbers of shape ({len(scenarios)}, 7); got {states.shape}")
     lengths = np.linalg.norm(states[:, 3:], axis=1, keepdims=True)
@@ -284,7 +289,7 @@ def simulate(
     """
     changes = {"run.duration": duration, "run.interval": interval}
     given = {path: value for path, value in changes.items() if value is not None}
-    states = None if initial_state is None else np.asarray(initial_state)[None, :]
+    states: Any = None if initial_state is None else [initial_state]
     (history,) = advance(
         [scenario.replaced(given) if given else scenario],
         initial_states=states,
@@ -304,7 +309,30 @@ def simulate_many(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Trajectory]:
-    """Run a batch of scenarios in parallel; see :func:`advance` for parameters, :func:`simulate` for results."""
+    """Run a batch of scenarios in parallel and return their trajectories, in order.
+
+    Parameters
+    ----------
+    scenarios
+        At least one; all with the same magnet field model.
+    initial_states
+        (runs, 7): head position (m) and quaternion w, x, y, z; default each scenario's start, level along x.
+    tolerance
+        Of one step, see :func:`advance`.
+    device
+        ``"cpu"`` or a CUDA device such as ``"cuda"``.
+    threads
+        CPU threads; default one a core.
+    progress
+        Called with the fraction done, some times a second.
+
+    Raises
+    ------
+    InputError
+        Where the batch is empty, mixes field models, or its states do not fit.
+    RunError
+        Where the numbers of a run broke down.
+    """
     histories = advance(
         scenarios,
         initial_states=initial_states,

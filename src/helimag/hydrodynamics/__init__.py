@@ -18,6 +18,13 @@ STANDARD_GRAVITY = 9.80665  # m/s^2
 def resistance(device: Device, fluid: Fluid) -> NDArray[np.float64]:
     """6x6 resistance of the device (SI), translation first, about the head's centre: helix plus head (eq. 7).
 
+    Parameters
+    ----------
+    device
+        ``scenario.device``.
+    fluid
+        ``scenario.fluid``.
+
     Raises
     ------
     InputError

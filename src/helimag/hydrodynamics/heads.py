@@ -16,7 +16,8 @@ def head_resistance(head: SphereHead | SpheroidHead | CylinderHead, viscosity: f
         case SpheroidHead():
             return spheroid(head.length / 2.0, head.diameter / 2.0, viscosity)
         case CylinderHead():
-            # same proportions and volume: drag within about 5 % for lengths of one half to two diameters
+            # Same proportions and volume. Against a computation over the cylinder's surface, for lengths of one half to
+            # two diameters: drag and spin about the axis within 6 %, but turning end over end 7 to 20 % too small.
             grow = (3.0 / 2.0) ** (1.0 / 3.0)
             return spheroid(grow * head.length / 2.0, grow * head.diameter / 2.0, viscosity)
 
@@ -35,8 +36,9 @@ def spheroid(axial: float, radial: float, viscosity: float) -> NDArray[np.float6
     """
     size = max(axial, radial)
     e = math.sqrt(max(0.0, 1.0 - (min(axial, radial) / size) ** 2))
-    if e < 0.02:
-        return ball((axial * radial**2) ** (1.0 / 3.0), viscosity)
+    if e < 0.02:  # the closed forms cancel; first order in the deformation is exact to 1e-7 here
+        stretch = axial / radial - 1.0
+        return ball(radial, viscosity) * (1.0 + stretch * np.diag([0.2, 0.4, 0.4, 0.6, 1.2, 1.2]))
     factors = _prolate(e) if axial > radial else _oblate(e)
     drag = 6.0 * math.pi * viscosity * size
     spin = 8.0 * math.pi * viscosity * size**3

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.scenario import Helix
 
+MOST_TURNS = 100_000  # what the quadrature takes in a second
 POINTS_PER_TURN = 24  # Gauss-Legendre; the integrand is a product of low harmonics, so this is at rounding error
 
 
@@ -40,6 +41,8 @@ def centerline(helix: Helix, start: float) -> tuple[NDArray[np.float64], NDArray
     The wire begins ``start`` (m) behind the origin; positions follow ``(-start - u, R cos ku, chi R sin ku)``.
     """
     turns = helix.length / helix.pitch
+    if turns > MOST_TURNS:
+        raise InputError(f"device.helix.length must be at most {MOST_TURNS} times the pitch; got {turns:.3g} times")
     panels = max(1, math.ceil(turns))
     nodes, weights = np.polynomial.legendre.leggauss(POINTS_PER_TURN)
     edges = np.linspace(0.0, helix.length, panels + 1)

@@ -21,6 +21,8 @@ def parse(text: str, source: str = "scenario") -> Scenario:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{source} is not valid TOML: {error}") from None
+    except (ValueError, RecursionError) as error:  # an integer of thousands of digits, arrays nested as deep
+        raise InputError(f"{source} cannot be read as TOML: {error}") from None
     try:
         return validated(data, in_file=True)
     except InputError as error:
@@ -44,6 +46,11 @@ def preset_names() -> list[str]:
 
 def load(scenario: str | Path) -> Scenario:
     """Load a scenario: the name of a preset, or the path of a TOML file.
+
+    Parameters
+    ----------
+    scenario
+        Such as ``"paper/fig3c"`` or ``"my-run.toml"``.
 
     Raises
     ------

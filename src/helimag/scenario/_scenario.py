@@ -71,9 +71,10 @@ class Scenario(Part):
             Where a path does not exist or a value does not fit.
         """
         data = self.model_dump(mode="python")
+        marks = data["provenance"].items()
+        data["provenance"] = {key: mark for key, mark in marks if not any(_overlap(key, path) for path in changes)}
         for path, value in changes.items():
             _assign(data, path, value)
-            data["provenance"].pop(path, None)
         return validated(data, in_file=False)
 
     def to_toml(self) -> str:
@@ -90,6 +91,11 @@ def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _without_none(item) for key, item in value.items() if item is not None}
     return value
+
+
+def _overlap(one: str, other: str) -> bool:
+    """Whether one of two dotted paths lies within the other, so that a mark on the one speaks of the other."""
+    return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 
 def _assign(data: dict[str, Any], path: str, value: object) -> None:

@@ -1,0 +1,200 @@
+"""The package's shape: who imports whom, what is forbidden, and that public names are documented."""
+
+import ast
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+import helimag as hm
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "src" / "helimag"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+# what a room may import of the others; the time loop's own modules are one room, "simulation"
+RULES = {
+    "errors": set(),
+    "quantities": {"errors"},
+    "scenario": {"errors", "quantities"},
+    "physics": {"errors"},
+    "gain": {"errors"},
+    "trajectory": {"errors", "gain"},
+    "hydrodynamics": {"errors", "scenario"},
+    "simulation": {"errors", "scenario", "physics", "hydrodynamics", "gain", "trajectory"},
+}
+LOOP = {"_integrate", "_step", "_tableau", "_pack", "_kernels", "simulation"}
+# everything else, from the ground up: a room imports only from lower ones
+STOREYS = [
+    {*RULES},
+    {"cite", "doctor", "robot", "vision", "orbits", "sweeps", "calibrate", "compare"},
+    {"plots"},
+    {"reproduce", "studio"},
+    {"cli"},
+    {"__main__", "__init__"},
+]
+PICTURES = {"cli": {"reproduce", "plots", "studio"}, "reproduce": {"plots"}, "studio": {"plots"}, "__main__": {"cli"}}
+
+
+def room_of(parts):
+    name = parts[0] if parts else "__init__"
+    return "simulation" if name in LOOP else name
+
+
+def imports(path):
+    """Rooms of helimag that a file imports anywhere in it, functions included; and outside packages."""
+    inside, outside = set(), set()
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    typing_only = {
+        node
+        for branch in ast.walk(tree)
+        if isinstance(branch, ast.If) and ast.unparse(branch.test) == "TYPE_CHECKING"
+        for node in ast.walk(branch)
+    }
+    for node in ast.walk(tree):
+        if node in typing_only:
+            continue
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            names = [f"{node.module}.{a.name}" if node.module == "helimag" else node.module for a in node.names]
+        else:
+            continue
+        for name in names:
+            head, *rest = name.split(".")
+            if head == "helimag":
+                inside.add(room_of(rest))
+            else:
+                outside.add(head)
+    return inside, outside
+
+
+def own_room(path):
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return room_of(parts)
+
+
+GRAPH = {}
+for _path in MODULES:
+    GRAPH.setdefault(own_room(_path), set()).update(imports(_path)[0])
+for _room, _targets in GRAPH.items():
+    _targets.discard(_room)
+
+
+def test_every_room_is_known():
+    assert GRAPH.keys() <= set().union(*STOREYS), "give the new room its storey here and in the documentation"
+    assert GRAPH.keys() >= RULES.keys() | {"cli"}
+
+
+@pytest.mark.parametrize("room", sorted(RULES))
+def test_core_rooms_import_only_what_they_may(room):
+    assert GRAPH[room] <= RULES[room]
+
+
+@pytest.mark.parametrize("room", sorted(GRAPH))
+def test_imports_point_downwards(room):
+    storey = {name: i for i, names in enumerate(STOREYS) for name in names}
+    above = {target for target in GRAPH[room] if storey[target] > storey[room]}
+    assert not above
+    if room in PICTURES or room == "__init__":
+        return
+    assert not GRAPH[room] & {"cli", "studio", "plots", "reproduce"}
+
+
+def test_import_graph_is_acyclic():
+    done, path = set(), []
+
+    def visit(room):
+        assert room not in path, " -> ".join([*path, room])
+        if room in done or room not in GRAPH:
+            return
+        path.append(room)
+        for target in sorted(GRAPH[room] - {"__init__"}):
+            visit(target)
+        path.pop()
+        done.add(room)
+
+    for room in sorted(GRAPH):
+        visit(room)
+
+
+def test_modules_are_acyclic_within_rooms_too():
+    """File by file, imports at module level only."""
+    graph = {}
+    for path in MODULES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        name = ".".join(("helimag", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(".__init__")
+        graph[name] = {
+            target
+            for node in tree.body
+            if isinstance(node, ast.ImportFrom) and node.module.startswith("helimag.")
+            for target in (node.module, *(f"{node.module}.{a.name}" for a in node.names))
+        }
+    state = {}
+
+    def visit(name, trail):
+        assert state.get(name) != "open", " -> ".join([*trail, name])
+        if name not in graph or name in state:
+            return
+        state[name] = "open"
+        for target in graph[name]:
+            # a package's __init__ imports its own parts; that is no cycle
+            if not f"{name}.".startswith(f"{target}."):
+                visit(target, [*trail, name])
+        state[name] = "done"
+
+    for name in graph:
+        visit(name, [])
+
+
+@pytest.mark.parametrize("package", ["pint", "nicegui", "magpylib", "matplotlib"])
+def test_outside_packages_have_one_home(package):
+    homes = {
+        "pint": {"quantities"},
+        "nicegui": {"studio"},
+        "magpylib": set(),
+        "matplotlib": {"plots", "vision", "robot", "sweeps"},
+    }[package]
+    users = {own_room(path) for path in MODULES if package in imports(path)[1]}
+    assert users <= homes
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_nothing_forbidden_in(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        assert not isinstance(node, ast.Assert), f"line {node.lineno}: assert"
+        assert not (isinstance(node, ast.ExceptHandler) and node.type is None), f"line {node.lineno}: bare except"
+        assert not (isinstance(node, ast.ImportFrom) and node.names[0].name == "*"), f"line {node.lineno}: star import"
+        if isinstance(node, ast.ExceptHandler) and all(isinstance(n, ast.Pass) for n in node.body):
+            pytest.fail(f"line {node.lineno}: an error passed over in silence")
+
+
+@pytest.mark.parametrize("name", hm.__all__)
+def test_public_names_are_documented(name):
+    thing = getattr(hm, name)
+    text = inspect.getdoc(thing)
+    assert text
+    assert len(text.splitlines()[0]) > 10
+    if inspect.isclass(thing):
+        return
+    sections = re.split(r"^(\w[\w ]*)\n-+$", text, flags=re.MULTILINE)
+    parameters = dict(zip(sections[1::2], sections[2::2], strict=True)).get("Parameters", "")
+    documented = {n.strip() for line in parameters.splitlines() if line and line[0] != " " for n in line.split(",")}
+    assert documented == set(inspect.signature(thing).parameters)
+
+
+@pytest.mark.parametrize("name", hm.__all__)
+def test_public_names_are_in_the_reference(name):
+    folder = ROOT / "docs" / "reference"
+    pages = [*folder.rglob("*.md"), *folder.rglob("*.rst"), *(ROOT / "docs").glob("reference*.md")]
+    if not pages:
+        pytest.skip("there is no docs/reference")
+    assert any(re.search(rf"\b{name}\b", page.read_text(encoding="utf-8")) for page in pages)
+
+
+def test_all_is_what_dir_shows():
+    assert sorted(hm.__all__) == dir(hm)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = hm.nothing

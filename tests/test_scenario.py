@@ -1,0 +1,345 @@
+"""Scenarios: presets and their marks, TOML there and back, refusals that name field, value and expectation."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from pydantic import BaseModel
+
+import helimag as hm
+import oracles
+from helimag import quantities as q
+from helimag.scenario import MARKS, Scenario, parse
+
+PRESETS = hm.preset_names()
+TEXT = hm.load("paper/fig3c").to_toml()
+
+
+def leaves(model, prefix=""):
+    """Dotted names of all values that a scenario's file gives, one for an array."""
+    for name, held in model:
+        single = isinstance(held, tuple) and len(held) == 1 and isinstance(held[0], BaseModel)
+        value = held[0] if single else held
+        if isinstance(value, BaseModel):
+            yield from leaves(value, f"{prefix}{name}.")
+        elif value is not None:
+            yield f"{prefix}{name}"
+
+
+# -------------------------------------------------------------------------------------------------------------- presets
+
+
+def test_the_papers_presets_are_there():
+    assert sorted([f"paper/fig3{x}" for x in "abc"] + [f"paper/table1-row{i}" for i in range(1, 8)]) == PRESETS
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_value_of_a_preset_is_marked(name):
+    scenario = hm.load(name)
+    assert scenario.name == name
+    silent = {"name", "provenance", "magnet.offset"}  # the offset of a single magnet is what places it
+    values = {leaf for leaf in leaves(scenario) if leaf not in silent}
+    marked = set(scenario.provenance)
+    # walls are marked as a whole
+    values = {"workspace.walls" if value.startswith("workspace.walls") else value for value in values}
+    assert marked <= values, "marks of fields that are not there"
+    assert values - marked <= {"workspace.walls"} if scenario.workspace.walls.x is None else values == marked
+    for mark in scenario.provenance.values():
+        kind, colon, source = mark.partition(":")
+        assert kind in MARKS
+        assert colon
+        assert len(source) > 5, "a mark must name its source"
+
+
+PUBLISHED = {
+    "paper/fig3a": (3.3, 15.0, 0.152, 1.8, 1800.0),
+    "paper/fig3b": (3.3, 10.0, 0.150, 1.8, 1800.0),
+    "paper/fig3c": (3.3, 12.7, 0.150, 1.8, 1800.0),
+}
+TABLE_1 = [
+    (13, 102, 0.825),
+    (0, 102, 0.825),
+    (20, 102, 0.825),
+    (13, 91.34, 0.825),
+    (13, 111.87, 0.825),
+    (13, 102, 0.412),
+]
+TABLE_1 += [(13, 102, 1.571)]
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_circular_presets_hold_the_captions_numbers(name):
+    scenario = hm.load(name)
+    drive = scenario.drive
+    ours = (
+        drive.frequency,
+        math.degrees(drive.pitch),
+        drive.distance,
+        math.degrees(drive.yaw_rate),
+        scenario.run.duration,
+    )
+    assert ours == pytest.approx(PUBLISHED[name], rel=1e-14)
+    # Fig. 3(B) may start a micrometre aside, if its mark says so
+    assert drive.start == pytest.approx((0.0, -0.045, 0.0), abs=1.1e-6)
+    if drive.start != (0.0, -0.045, 0.0):
+        assert scenario.provenance["drive.start"].startswith("assumed")
+    device = scenario.device
+    assert (device.magnetic_moment, scenario.magnet[0].moment) == (6.23e-4, 18.89)
+    sizes = device.helix.length, device.helix.outer_diameter, device.helix.pitch
+    assert sizes == pytest.approx((0.0117, 0.00094, 0.00259), rel=1e-15)
+    assert (scenario.fluid.viscosity, scenario.fluid.density) == (1.0, 971.0)
+
+
+@pytest.mark.parametrize("row", range(1, 8))
+def test_straight_presets_hold_the_tables_numbers(row):
+    scenario = hm.load(f"paper/table1-row{row}")
+    pitch, distance, speed = TABLE_1[row - 1]
+    assert scenario.drive.frequency == 3.5
+    assert math.degrees(scenario.drive.pitch) == pytest.approx(pitch)
+    assert scenario.drive.distance == pytest.approx(1e-3 * distance, rel=1e-14)
+    assert np.linalg.norm(scenario.drive.velocity) == pytest.approx(1e-3 * speed, rel=1e-14)
+    assert scenario.drive.yaw_rate == 0.0
+    assert scenario.run.duration * speed == pytest.approx(160.0, rel=1e-3)
+    low, high = np.array(scenario.workspace.box)
+    assert np.all(high[:2] - low[:2] <= np.array([0.2, 0.08]) * (1 + 1e-12))
+    assert high[2] - low[2] <= 0.08
+
+
+# ------------------------------------------------------------------------------------------------------ there and back
+
+sizes = st.floats(1e-6, 1e3) | st.floats(min_value=1e-300, max_value=1e300)
+anything = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(
+    viscosity=sizes,
+    density=st.floats(min_value=0, allow_infinity=False, allow_nan=False),
+    moment=sizes,
+    weight=anything,
+    place=anything,
+    frequency=anything,
+    pitch=st.floats(-1.57, 1.57),
+    yaw=anything,
+    velocity=st.tuples(anything, anything, anything),
+    duration=sizes,
+    interval=st.none() | st.floats(1e-5, 10.0),
+    name=st.text(st.characters(codec="utf-8", exclude_characters="\x00")),
+    head=st.sampled_from(
+        [
+            {"shape": "sphere", "radius": 3.3e-4},
+            {"shape": "cylinder", "length": 1 / 3e3, "diameter": 1e-3 / 7},
+            {"shape": "spheroid", "length": 1 / 3e3, "diameter": 1e-3 / 7},
+        ]
+    ),
+)
+@settings(max_examples=40, deadline=None)
+def test_toml_there_and_back_is_exact(
+    viscosity, density, moment, weight, place, frequency, pitch, yaw, velocity, duration, interval, name, head
+):
+    assume(frequency != 0.0)
+    scenario = hm.load("paper/table1-row1").replaced(
+        {
+            "name": name,
+            "fluid": {"viscosity": viscosity, "density": density},
+            "device.magnetic_moment": moment,
+            "device.weight": {"net_weight": weight, "gravity_center": place},
+            "device.head": head,
+            "drive.frequency": frequency,
+            "drive.pitch": pitch,
+            "drive.yaw_rate": yaw,
+            "drive.velocity": velocity,
+            "run": {"duration": duration, "interval": None if interval is None else interval * duration},
+        }
+    )
+    again = parse(scenario.to_toml())
+    assert again == scenario
+    assert again.hash == scenario.hash
+    assert again.to_toml() == scenario.to_toml()
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_survive_being_written(name):
+    assert parse(hm.load(name).to_toml()) == hm.load(name)
+
+
+def test_several_magnets_and_a_matrix_survive_being_written():
+    magnets = [((0.01, -0.05, 0.02), 18.89), ((-0.03, 0.04, 0.01), 1 / 3)]
+    scenario = oracles.scenario_of(oracles.case(magnets=magnets, matrix=np.eye(6) / 3))
+    assert parse(scenario.to_toml()) == scenario
+
+
+@given(
+    value=anything, kind=st.sampled_from([q.LENGTH, q.ANGLE, q.ANGULAR_RATE, q.FREQUENCY, q.FORCE, q.VISCOSITY, q.TIME])
+)
+@settings(max_examples=200, deadline=None)
+def test_quantities_there_and_back_are_exact(value, kind):
+    assert q.parse(q.show(value, kind), kind) == value
+
+
+@given(
+    text=st.text(max_size=30) | st.from_regex(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)? ?[a-zA-Z0-9 /*^.°µ-]*", fullmatch=True)
+)
+@settings(max_examples=300, deadline=None)
+def test_any_text_is_a_finite_number_or_refused(text):
+    try:
+        assert math.isfinite(q.parse(text, q.LENGTH))
+    except hm.InputError as error:
+        message = str(error)
+    else:
+        return
+    assert message.startswith("must be a length such as '150 mm'; got ")
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "value"),
+    [
+        ("150 mm", q.LENGTH, 0.15),
+        ("15cm", q.LENGTH, 0.15),
+        ("-2.189 mm", q.LENGTH, -2.189e-3),
+        ("180 deg", q.ANGLE, math.pi),
+        ("180°", q.ANGLE, math.pi),
+        ("60 rpm", q.ANGULAR_RATE, 2 * math.pi),
+        ("1 Hz", q.FREQUENCY, 1.0),
+        ("28.28 uN", q.FORCE, 28.28e-6),
+        ("28.28 µN", q.FORCE, 28.28e-6),
+        ("10 P", q.VISCOSITY, 1.0),
+        ("1 g/cm^3", q.DENSITY, 1000.0),
+        ("0.971 g/cm³", q.DENSITY, 971.0),
+        ("30 min", q.TIME, 1800.0),
+    ],
+)
+def test_units(text, kind, value):
+    assert q.parse(text, kind) == pytest.approx(value, rel=1e-15)
+
+
+# ------------------------------------------------------------------------------------------------------------- refusals
+
+REFUSED = [
+    # change of the text, what the message must hold
+    (('pitch = "12.7 deg"', 'pitch = "150 mm"'), ["drive.pitch", "an angle such as '12.7 deg'", "'150 mm'"]),
+    (('pitch = "12.7 deg"', "pitch = 12.7"), ["drive.pitch", "unit", "12.7"]),
+    (('pitch = "12.7 deg"', 'pitch = "12.7"'), ["drive.pitch", "no unit"]),
+    (('pitch = "12.7 deg"', 'pitch = "91 deg"'), ["drive.pitch", "90 deg", "'91 deg'"]),
+    (('pitch = "12.7 deg"', 'pitch = "nan deg"'), ["drive.pitch", "nan deg", "finite"]),
+    (('pitch = "12.7 deg"', 'pitch = "inf deg"'), ["drive.pitch", "inf deg"]),
+    (('pitch = "12.7 deg"', 'pitch = "1e999 deg"'), ["drive.pitch", "1e999 deg", "finite"]),
+    (('pitch = "12.7 deg"', "pitch = nan"), ["drive.pitch", "nan"]),
+    (('pitch = "12.7 deg"', "pitch = true"), ["drive.pitch", "True"]),
+    (('pitch = "12.7 deg"', 'pich = "12.7 deg"'), ["drive.pich", "not a known key"]),
+    (('frequency = "3.3 Hz"', 'frequency = "200 rpm"'), ["drive.frequency", "Hz", "200 rpm"]),
+    (('frequency = "3.3 Hz"', 'frequency = "0 Hz"'), ["drive.frequency", "zero"]),
+    (('yaw_rate = "1.8 deg/s"', 'yaw_rate = "1.8 Hz"'), ["drive.yaw_rate", "1.8 Hz"]),
+    (('distance = "150 mm"', 'distance = "-150 mm"'), ["drive.distance", "positive", "-150 mm"]),
+    (('distance = "150 mm"', 'distance = "15 mm"'), ["drive.distance", "exceed", "15 mm"]),
+    (('radius = "0.3603 mm"', 'radius = "-1 mm"'), ["device.head", "radius", "positive", "-1 mm"]),
+    (('wire_radius = "0.2128 mm"', 'wire_radius = "0.5 mm"'), ["wire_radius", "0.47 mm", "0.5 mm"]),
+    (('wire_radius = "0.2128 mm"', 'wire_radius = "0 mm"'), ["wire_radius", "positive"]),
+    (('handedness = "left"', 'handedness = "sinister"'), ["device.helix.handedness", "left", "sinister"]),
+    (('viscosity = "1 Pa s"', 'viscosity = "0 Pa s"'), ["fluid.viscosity", "positive"]),
+    (('viscosity = "1 Pa s"', 'viscosity = "1 m^2/s"'), ["fluid.viscosity", "1 m^2/s"]),
+    (('duration = "1800 s"', 'duration = "0 s"'), ["run.duration", "positive"]),
+    (('net_weight = "28.28 uN"', ""), ["device.weight", "net_weight"]),
+    (('model = "lighthill"', 'model = "matrix"'), ["device.hydrodynamics", "resistance"]),
+    (('model = "lighthill"', 'model = "guess"'), ["device.hydrodynamics.model", "guess", "lighthill"]),
+    (('shape = "sphere"', 'shape = "cube"'), ["device.head", "cube"]),
+    (('shape = "sphere"', 'shape = "cylinder"'), ["device.head", "length"]),
+    (('field = "dipole"', 'field = "octopole"'), ["magnet.field", "octopole"]),
+]
+
+
+@pytest.mark.parametrize(("change", "expected"), REFUSED, ids=[change[1] or "missing" for change, _ in REFUSED])
+def test_refusals_name_field_value_and_expectation(change, expected):
+    assert change[0] in TEXT
+    with pytest.raises(hm.InputError) as caught:
+        parse(TEXT.replace(*change), "my.toml")
+    message = str(caught.value)
+    assert message.startswith("my.toml: ")
+    assert "\n" not in message
+    for part in expected:
+        assert part in message
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[device]", "= 3", "x = 1", "\0", "a = " + "[" * 5000 + "]" * 5000, "a = " + "1" * 5000, TEXT + TEXT]
+)
+def test_files_that_are_no_scenario(text):
+    with pytest.raises(hm.InputError):
+        parse(text)
+
+
+@given(st.text(max_size=60) | st.binary(max_size=60).map(lambda b: b.decode("latin-1")))
+@settings(max_examples=150, deadline=None)
+def test_any_text_is_refused_politely(text):
+    with pytest.raises(hm.InputError):
+        parse(text)
+
+
+json_values = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.floats()
+    | st.integers()
+    | st.text(max_size=8)
+    | st.sampled_from(["1 mm", "-2 Hz", "3 deg"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=4,
+)
+PATHS = [
+    *sorted(leaves(hm.load("paper/table1-row1"))),
+    "device",
+    "magnet",
+    "drive",
+    "run",
+    "workspace",
+    "nothing",
+    "drive.x",
+    "",
+    ".",
+]
+
+
+@given(path=st.sampled_from(PATHS), value=json_values)
+@settings(max_examples=400, deadline=None)
+def test_any_change_is_made_or_refused(path, value):
+    base = hm.load("paper/table1-row1")
+    try:
+        changed = base.replaced({path: value})
+    except hm.InputError:
+        return
+    assert isinstance(changed, Scenario)
+    assert parse(changed.to_toml()) == changed
+
+
+def test_a_changed_value_loses_its_mark():
+    base = hm.load("paper/table1-row1")
+    assert "drive.pitch" not in base.replaced({"drive.pitch": "14 deg"}).provenance
+    assert "drive.pitch" in base.replaced({"drive.distance": "100 mm"}).provenance
+    whole = base.replaced({"device.head": {"shape": "sphere", "radius": "1 mm"}}).provenance
+    assert not any(key.startswith("device.head") for key in whole)
+    assert "workspace.walls" not in base.replaced({"workspace.walls.x": ["-1 m", "1 m"]}).provenance
+    assert base.drive.pitch == hm.load("paper/table1-row1").drive.pitch
+
+
+def test_scenarios_are_frozen_and_hash_what_decides():
+    scenario = hm.load("paper/fig3c")
+    with pytest.raises(ValueError, match="frozen"):
+        scenario.name = "other"
+    with pytest.raises(ValueError, match="frozen"):
+        scenario.drive.pitch = 0.0
+    assert scenario.replaced({"name": "other"}).hash == scenario.hash
+    assert scenario.replaced({"drive.pitch": scenario.drive.pitch + 1e-15}).hash != scenario.hash
+
+
+def test_schema_is_json_and_knows_every_field():
+    schema = json.loads(json.dumps(Scenario.model_json_schema()))
+    assert set(schema["properties"]) == set(Scenario.model_fields)
+    assert schema["$defs"]["Drive"]["properties"]["pitch"]["type"] == "string"
+
+
+def test_coil_of_a_million_turns_is_refused():
+    scenario = hm.load("paper/fig3c").replaced({"device.helix.length": "1e9 m"})
+    with pytest.raises(hm.InputError, match=r"device\.helix\.length"):
+        hm.simulate(scenario, duration=1.0)
