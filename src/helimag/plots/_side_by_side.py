@@ -1,0 +1,99 @@
+"""Runs beside each other, each with others that start almost the same: the layout of the paper's Fig. 3."""
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from helimag.plots import _series as series
+from helimag.plots._path import draw_path
+from helimag.plots._quantities import Shown, shown
+from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, SKY, styled
+from helimag.trajectory import Trajectory
+
+Floats = NDArray[np.float64]
+
+HEIGHT = 128.0 * MM
+LINE = 44  # characters that fit above a column
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One column: a run, its heading, a remark under the verdict, twins as time (s) and height (m), a published time (s)."""
+
+    trajectory: Trajectory
+    title: str
+    remark: str = ""
+    twins: Sequence[tuple[Floats, Floats]] = ()
+    published_time: float | None = None
+
+
+def draw_side_by_side(cases: Sequence[Case]) -> Figure:
+    """Draw each case in a column: path with the magnet's, then height over time with the twins as thin lines.
+
+    Parameters
+    ----------
+    cases
+        Two to four suit a page.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        180 mm wide. Lengths are in mm, times in s.
+    """
+    runs = [shown(case.trajectory) for case in cases]
+    until = max(run.time[-1] for run in runs)
+    width = 1.0 / len(cases)
+    with styled():
+        figure = Figure(figsize=(FULL_WIDTH, HEIGHT))
+        for column, (case, run) in enumerate(zip(cases, runs, strict=True)):
+            left = column * width
+            _head(figure, left + 0.012, case, run)
+            path = figure.add_axes((left, 0.365, 0.97 * width, 0.48), projection="3d")
+            line = draw_path(path, run, until=until)  # type: ignore[arg-type]
+            heights = figure.add_axes((left + 0.2 * width, 0.085, 0.64 * width, 0.19))
+            _draw_heights(heights, case, run, until)
+            if column > 0:
+                heights.set_ylabel("")
+        bar = figure.add_axes((0.07, 0.335, 0.2, 0.012))
+        figure.colorbar(line, cax=bar, orientation="horizontal").set_label("time (s)", labelpad=1.0)
+        figure.legend(
+            *path.get_legend_handles_labels(),
+            loc="center left",
+            bbox_to_anchor=(0.4, 0.335),
+            ncols=3,
+            columnspacing=1.5,
+            handletextpad=0.2,
+        )
+    return figure
+
+
+def _head(figure: Figure, left: float, case: Case, run: Shown) -> None:
+    figure.text(left, 0.985, case.title, weight="bold", fontsize=8.0, va="top")
+    text = "\n".join(textwrap.wrap(run.verdict, LINE) + case.remark.splitlines())
+    figure.text(left, 0.95, text, fontsize=6.5, va="top", linespacing=1.35)
+
+
+def _draw_heights(axes: Axes, case: Case, run: Shown, until: float) -> None:
+    for time, height in case.twins:
+        axes.plot(time, 1e3 * height, color=SKY, linewidth=0.35, alpha=0.6, zorder=1)
+    series.draw_height(axes, run)
+    if case.published_time is not None:
+        axes.axvline(case.published_time, color=GREY, linewidth=0.6, linestyle="-.")
+        axes.annotate(
+            "paper",
+            (case.published_time, 1.01),
+            xycoords=("data", "axes fraction"),
+            color=GREY,
+            fontsize=6.0,
+            ha="center",
+            va="bottom",
+        )
+    axes.lines[len(case.twins)].set(color=BLUE, zorder=3)
+    axes.set(xlim=(0.0, until), xlabel="time (s)")
+    axes.grid(axis="y")
+    axes.set_axisbelow(True)
