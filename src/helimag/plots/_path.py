@@ -82,14 +82,24 @@ def frame_box(axes: Axes3D, low: Floats, high: Floats) -> None:
     axes.view_init(elev=18.0, azim=-55.0)
     sides = high - low
     tall = sides[2] > 1.8 * max(sides[:2])
-    axes.set_box_aspect(tuple(sides), zoom=0.95 if tall else 1.05)
+    axes.set_box_aspect(tuple(sides), zoom=1.0 if tall else 1.1)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    for axis, name, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", high - low, strict=True):
-        axis.set_major_locator(MaxNLocator(nbins=max(2, round(6.0 * share / (high - low).max())), steps=[1, 2, 5, 10]))
+    for axis, name, least, most in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", low, high, strict=True):
+        axis.set_ticks(_ticks(least, most, max(2, round(6.0 * (most - least) / sides.max()))))
         axis.set_label_text(f"{name} (mm)")
         axis.set_pane_color((0.975, 0.975, 0.975, 1.0))
         axis._axinfo["grid"].update(color="#E0E0E0", linewidth=0.4)
-        axis.labelpad = -7.0
+        axis.labelpad = -9.0 if tall else -7.0
     axes.tick_params(pad=-3.0)
-    axes.tick_params(axis="z", pad=0.0 if tall else -1.0)
-    axes.zaxis.labelpad = 3.0 if tall else -1.0
+    axes.tick_params(axis="z", pad=5.0 if tall else -1.0)
+    axes.zaxis.labelpad = 9.0 if tall else -4.0
+    if tall:  # x and y meet in the front corner of a narrow box: each gives up its tick there
+        axes.set_xticks(axes.get_xticks()[:-1])
+        axes.set_yticks(axes.get_yticks()[1:])
+    axes.patch.set_visible(False)
+
+
+def _ticks(low: float, high: float, bins: int) -> Floats:
+    """Round values strictly inside a range."""
+    values = MaxNLocator(nbins=bins, steps=[1, 2, 5, 10]).tick_values(low, high)
+    return values[(values > low) & (values < high)]

@@ -55,7 +55,7 @@ def _panels(run: Shown) -> list[Callable[[Axes, Shown], None]]:
 
 def _draw_path(figure: SubFigure, run: Shown) -> None:
     """Path, its markers explained above and its colours below; placed by hand, for labels in 3-D elude the layout engine."""
-    axes = figure.add_axes((0.0, 0.17, 0.93, 0.74), projection="3d")
+    axes = figure.add_axes((0.0, 0.18, 0.93, 0.72), projection="3d")
     line = draw_path(axes, run)  # type: ignore[arg-type]
     figure.legend(
         *axes.get_legend_handles_labels(),

@@ -93,11 +93,12 @@ def _cases(ensembles: Sequence[Ensemble], trajectories: Sequence[Trajectory], ro
     cases = []
     for letter, ensemble, trajectory in zip("ABC", ensembles, trajectories, strict=True):
         own = {row["quantity"].partition(" ")[0]: row for row in rows if row["run"] == ensemble.scenario.name}
-        gain, verdict = own["gain"], own["verdict"]
+        gain = own["gain"]
         drive = ensemble.scenario.drive
+        counts = ", ".join(f"{count} {name}" for name, count in ensemble.verdicts.most_common())
         remark = (
             f"{gain['quantity']}: {gain['computed']:.3f}; paper {gain['published']:.3f}\n"
-            f"twins: {verdict['twins']}; gain {gain['twins_q05']:.2f} to {gain['twins_q95']:.2f}"
+            f"twins: {counts}; gain {gain['twins_q05']:.2f} to {gain['twins_q95']:.2f}"
         )
         cases.append(
             Case(
