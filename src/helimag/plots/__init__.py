@@ -7,7 +7,7 @@ try:
     import matplotlib as _matplotlib
 except ImportError as _error:
     raise MissingExtra(f"figures and films need {_error.name}: pip install helimag[plots]") from None
-_matplotlib.set_loglevel("error")  # its remarks on fonts and caches are no part of a command's output
+_matplotlib.set_loglevel("ERROR")  # its remarks on fonts and caches are no part of a command's output
 
 from helimag.plots._film import animate  # noqa: E402
 from helimag.plots._run import draw_run  # noqa: E402

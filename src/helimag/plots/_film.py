@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from helimag.errors import FileError, InputError
 from helimag.files import replacing
 from helimag.plots._quantities import Shown, shown
-from helimag.plots._scene import FILM, HEIGHT, WIDTH, Scene
+from helimag.plots._scene import FILM, HEIGHT, WIDTH, Scene, enlargement
 from helimag.plots._style import styled
 from helimag.trajectory import Trajectory
 
@@ -50,7 +50,7 @@ def animate(trajectory: Trajectory, path: str | Path, *, progress: Callable[[flo
     run = shown(trajectory)
     samples = chosen_samples(run, round(SECONDS * FRAMES_PER_SECOND))
     with replacing(path) as beside, styled(), mpl.rc_context(FILM):
-        scene = Scene(trajectory, "")
+        scene = Scene(trajectory, remark(run))
         pictures = _reported((scene.frame(sample) for sample in samples), len(samples), report)
         _encode(pictures, beside, path)
 
@@ -92,11 +92,29 @@ def strobed(run: Shown) -> bool:
     return abs(run.scenario.drive.frequency) * float(run.time[-1] - run.time[0]) / frames > 0.25
 
 
+def remark(run: Shown) -> str:
+    """What a viewer must know so as not to be misled."""
+    lines = [f"The film runs {float(run.time[-1] - run.time[0]) / SECONDS:.3g} times as fast as the device."]
+    if strobed(run) and run.scenario is not None:
+        lines.append(
+            f"The magnet makes {abs(run.scenario.drive.frequency):g} turns a second: its turning and the device's roll "
+            "are shown as under a stroboscope, single instants that seem to follow each other slowly."
+        )
+    scale = enlargement(run)
+    if scale > 1:
+        lines[0] += f" On the left the device is drawn {scale} times its size."
+    if run.magnet is not None:
+        lines[0] += " The magnet's north half is red."
+    return "\n".join(lines)
+
+
 def _encode(pictures: Iterable[NDArray[np.uint8]], beside: Path, path: str | Path) -> None:
     """Write pictures (height, width, 3) as H.264 in an MP4 container."""
     try:
         with av.open(str(beside), "w", format="mp4") as container:
-            stream = container.add_stream("libx264", rate=FRAMES_PER_SECOND, options={"crf": "20", "preset": "veryfast"})
+            stream = container.add_stream(
+                "libx264", rate=FRAMES_PER_SECOND, options={"crf": "20", "preset": "veryfast"}
+            )
             stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
             for picture in pictures:
                 container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))

@@ -38,11 +38,31 @@ def draw_path(axes: Axes3D, run: Shown, *, until: float | None = None) -> Line3D
     axes.plot(head[:, 0], head[:, 1], low[2], color=PALE, linewidth=0.5, zorder=0)
     if run.magnet is not None:
         axes.plot(*run.magnet.T, color=GREY, linewidth=0.8, zorder=1)
-        axes.plot(*run.magnet[-1:].T, "s", color=GREY, markersize=4.5, zorder=4, label="magnet at the end, and its path")
+        axes.plot(
+            *run.magnet[-1:].T, "s", color=GREY, markersize=4.5, zorder=4, label="magnet at the end, and its path"
+        )
     line = time_coloured(run, float(run.time[-1]) if until is None else until)
     axes.add_collection3d(line)
-    axes.plot(*head[:1].T, "o", color=BLUE, markersize=4, markeredgecolor="white", markeredgewidth=0.5, zorder=5, label="start")
-    axes.plot(*head[-1:].T, "D", color=VERMILLION, markersize=4, markeredgecolor="white", markeredgewidth=0.5, zorder=5, label="end")
+    axes.plot(
+        *head[:1].T,
+        "o",
+        color=BLUE,
+        markersize=4,
+        markeredgecolor="white",
+        markeredgewidth=0.5,
+        zorder=5,
+        label="start",
+    )
+    axes.plot(
+        *head[-1:].T,
+        "D",
+        color=VERMILLION,
+        markersize=4,
+        markeredgecolor="white",
+        markeredgewidth=0.5,
+        zorder=5,
+        label="end",
+    )
     return line
 
 
@@ -101,5 +121,5 @@ def frame_box(axes: Axes3D, low: Floats, high: Floats) -> None:
 
 def _ticks(low: float, high: float, bins: int) -> Floats:
     """Round values strictly inside a range."""
-    values = MaxNLocator(nbins=bins, steps=[1, 2, 5, 10]).tick_values(low, high)
+    values = np.asarray(MaxNLocator(nbins=bins, steps=[1, 2, 5, 10]).tick_values(low, high))
     return values[(values > low) & (values < high)]

@@ -86,7 +86,9 @@ def _judged(trajectory: Trajectory) -> tuple[Judgement | None, str]:
         judgement = trajectory.judgement
     except InputError as error:
         return None, f"no verdict: {error}"
-    sentence = f"{judgement.verdict}: {judgement.reason}" if judgement.verdict not in judgement.reason else judgement.reason
+    sentence = (
+        f"{judgement.verdict}: {judgement.reason}" if judgement.verdict not in judgement.reason else judgement.reason
+    )
     return judgement, sentence
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
@@ -41,7 +42,7 @@ def draw_run(trajectory: Trajectory) -> Figure:
         figure = Figure(figsize=(FULL_WIDTH, height), layout="constrained")
         figure.suptitle("\n" + _title(run), x=0.012, ha="left", fontsize=7.5, linespacing=1.4)
         figure.text(0.012, 0.98, run.name, va="top", weight="bold", fontsize=8.0)
-        left, right = figure.subfigures(1, 2, width_ratios=(1.0, 1.2))
+        left, right = np.asarray(figure.subfigures(1, 2, width_ratios=(1.0, 1.2)))
         _draw_path(left, run)
         _draw_series(right, panels, run)
     return figure
@@ -54,9 +55,9 @@ def _panels(run: Shown) -> list[Callable[[Axes, Shown], None]]:
 
 
 def _draw_path(figure: SubFigure, run: Shown) -> None:
-    """Path, its markers explained above and its colours below; placed by hand, for labels in 3-D elude the layout engine."""
+    """Path, its markers explained above and its colours below; placed by hand, as layout engines fail in 3-D."""
     axes = figure.add_axes((0.0, 0.18, 0.93, 0.72), projection="3d")
-    line = draw_path(axes, run)  # type: ignore[arg-type]
+    line = draw_path(axes, run)
     figure.legend(
         *axes.get_legend_handles_labels(),
         loc="upper left",

@@ -1,5 +1,6 @@
 """The scene of a film: what stands still is drawn once, what moves anew for each frame."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from helimag.plots._quantities import Shown, shown
 from helimag.plots._series import draw_height
 from helimag.plots._shapes import arrow_line, axis_rotation, body_rotation, cylinder_faces, head_faces, helix_line
 from helimag.plots._style import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, SKY, VERMILLION
+from helimag.scenario import Device, Magnet
 from helimag.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
@@ -22,7 +24,30 @@ Floats = NDArray[np.float64]
 WIDTH, HEIGHT = 1280, 720  # dots
 DOTS_PER_INCH = 100
 DEVICE_SHARE = 0.12  # of the scene's size: the device is enlarged to about this
-FILM = {"font.size": 10.0, "axes.labelsize": 10.0, "xtick.labelsize": 9.0, "ytick.labelsize": 9.0, "lines.linewidth": 1.6}
+FILM: Any = {
+    "font.size": 10.0,
+    "axes.labelsize": 10.0,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "lines.linewidth": 1.6,
+}
+
+
+def enlargement(run: Shown) -> int:
+    """How many times its size the device is drawn in the whole scene, where it would be too small to see."""
+    if run.scenario is None:
+        return 1
+    return max(1, round(DEVICE_SHARE * _size(run) / _length(run.scenario.device)))
+
+
+def _size(run: Shown) -> float:
+    low, high = extent(run)
+    return float((high - low).max())
+
+
+def _length(device: Device) -> float:
+    """Of head and helix (mm)."""
+    return 1e3 * (device.helix.length + 2.0 * device.head.reach)
 
 
 class Scene:
@@ -31,100 +56,144 @@ class Scene:
     Parameters
     ----------
     trajectory
-        The run. Without a scenario, an orientation or a magnet, what needs them is left out.
+        The run. What it does not hold is left out: the device needs its scenario and quaternions, the magnet its
+        scenario and moments.
     remark
         Written at the foot of every frame.
     """
 
     def __init__(self, trajectory: Trajectory, remark: str) -> None:
         self.run = shown(trajectory)
-        self.data = {name: np.asarray(trajectory.dataset[name].values) for name in trajectory.dataset.data_vars}
-        self.size = float(np.max(np.subtract(*extent(self.run)[::-1])))
+        self.data = {str(name): np.asarray(values.values) for name, values in trajectory.dataset.data_vars.items()}
         self.figure = Figure(figsize=(WIDTH / DOTS_PER_INCH, HEIGHT / DOTS_PER_INCH), dpi=DOTS_PER_INCH)
         self.canvas = FigureCanvasAgg(self.figure)
         self.moving: list[tuple[Axes, Any]] = []
-        self._stage(remark)
-        self._cast()
-        self.canvas.draw()
-        self.background = self.canvas.copy_from_bbox(self.figure.bbox)  # type: ignore[attr-defined]
-
-    @property
-    def enlargement(self) -> float:
-        """How many times its size the device is drawn in the whole scene."""
-        if self.run.scenario is None:
-            return 1.0
-        device = self.run.scenario.device
-        length = 1e3 * (device.helix.length + 2.0 * device.head.reach)
-        return float(max(1, round(DEVICE_SHARE * self.size / length)))
-
-    @property
-    def has_body(self) -> bool:
-        """Whether shape and orientation of the device are known."""
-        return self.run.scenario is not None and "quaternion" in self.data
-
-    def _stage(self, remark: str) -> None:
-        """What stands still."""
-        run = self.run
-        self.figure.text(0.02, 0.965, run.name, weight="bold", fontsize=14, va="top")
-        self.figure.text(0.02, 0.92, run.verdict, fontsize=10.5, va="top")
-        self.figure.text(0.02, 0.02, remark, fontsize=9, color="#555555")
-        self.whole: Axes3D = self.figure.add_axes((0.0, 0.07, 0.55, 0.82), projection="3d")  # type: ignore[assignment]
-        low, high = extent(run)
-        frame_box(self.whole, low, high)
-        if run.magnet is not None:
-            self.whole.plot(*run.magnet.T, color=PALE, linewidth=1.2)
-        height = self.figure.add_axes((0.65, 0.13, 0.28, 0.24))
-        draw_height(height, run)
-        for line in height.lines[:1]:
-            line.set(color=SKY, linewidth=0.8)
-        height.set(xlim=(run.time[0], max(run.time[-1], run.time[0] + 1e-9)), xlabel="time (s)")
-        self.height = height
-        if self.has_body:
-            self._stage_close_up()
-
-    def _stage_close_up(self) -> None:
-        assert self.run.scenario is not None
-        device = self.run.scenario.device
-        self.reach = 1.05e3 * (device.helix.length + 2.0 * device.head.reach)
-        axes: Axes3D = self.figure.add_axes((0.58, 0.4, 0.42, 0.5), projection="3d")  # type: ignore[assignment]
-        frame_box(axes, np.full(3, -self.reach), np.full(3, self.reach))
-        axes.set(xlabel="", ylabel="", zlabel="")
-        self.figure.text(0.6, 0.885, "device, to scale (mm from its head)", fontsize=10)
-        for left, colour, text in ((0.6, GREEN, "field"), (0.655, PURPLE, "device's moment")):
-            self.figure.text(left, 0.855, text, fontsize=10, color=colour, weight="bold")
-        self.close_up = axes
-
-    def _cast(self) -> None:
-        """What moves."""
-        self.clock = self._move(self.whole, self.figure.text(0.02, 0.865, "", fontsize=12, family="monospace"))
-        self.path = self._move(self.whole, self.whole.plot([], [], [], color=BLUE, linewidth=1.4)[0])
-        self.head = self._move(self.whole, self.whole.plot([], [], [], "o", color=BLUE, markersize=4)[0])
-        self.so_far = self._move(self.height, self.height.plot([], [], color=BLUE)[0])
-        self.now = self._move(self.height, self.height.plot([], [], "o", color=BLUE, markersize=5)[0])
-        if self.run.magnet is not None and self.run.scenario is not None and "rpm_moment" in self.data:
-            faces, north = cylinder_faces(self.run.scenario.magnet[0])
-            self.faces = 1e3 * np.concatenate(faces)
-            self.splits = np.cumsum([len(face) for face in faces])[:-1]
-            colours = [VERMILLION if upper else BLUE for upper in north]
-            self.magnet = self._solid(self.whole, colours)
-            self.moment = self._move(self.whole, self.whole.plot([], [], [], color="black", linewidth=2.0)[0])
-        if self.has_body:
-            assert self.run.scenario is not None
-            self.helix = 1e3 * helix_line(self.run.scenario.device)
-            self.ball = 1e3 * np.stack(head_faces(self.run.scenario.device))
-            self.bodies = [self._body(self.whole, 2.0), self._body(self.close_up, 4.5)]
-            self.device_moment = self._move(
-                self.close_up, self.close_up.plot([], [], [], color=PURPLE, linewidth=2.5)[0]
-            )
+        self.places: list[Callable[[int], None]] = []
+        self.whole = self._stage(remark)
+        self._cast_path()
+        self._cast_height()
+        scenario = self.run.scenario
+        if scenario is not None and self.run.magnet is not None and "rpm_moment" in self.data:
+            self._cast_magnet(scenario.magnet[0], self.run.magnet)
+        if scenario is not None and "quaternion" in self.data:
+            self._cast_close_up(scenario.device)
+            self._cast_device(self.whole, scenario.device, self.run.position, scale=enlargement(self.run), width=2.0)
         if "field" in self.data:
-            self.fields = [self._move(self.whole, self.whole.plot([], [], [], color=GREEN, linewidth=2.0)[0])]
-            if self.has_body:
-                self.fields.append(self._move(self.close_up, self.close_up.plot([], [], [], color=GREEN, linewidth=2.5)[0]))
+            self._cast_arrow(self.whole, self.run.position, self._unit("field"), 0.16 * _size(self.run), GREEN)
+        self.canvas.draw()  # type: ignore[no-untyped-call]
+        self.background = self.canvas.copy_from_bbox(self.figure.bbox)  # type: ignore[no-untyped-call]
 
-    def _move(self, axes: Axes, artist: Any) -> Any:
-        artist.set_animated(True)
-        self.moving.append((axes, artist))
-        return artist
+    def frame(self, sample: int) -> NDArray[np.uint8]:
+        """Draw one sample: (height, width, 3) red, green, blue."""
+        for place in self.places:
+            place(sample)
+        self.canvas.restore_region(self.background)  # type: ignore[no-untyped-call]
+        for axes, artist in self.moving:
+            if isinstance(artist, Poly3DCollection):
+                artist.do_3d_projection()
+            axes.draw_artist(artist)
+        picture = np.asarray(self.canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+        return picture[:, :, :3].copy()
+
+    def _stage(self, remark: str) -> Axes3D:
+        """Words, and the box with the magnet's path."""
+        self.figure.text(0.02, 0.965, self.run.name, weight="bold", fontsize=14, va="top")
+        self.figure.text(0.02, 0.92, self.run.verdict, fontsize=10.5, va="top")
+        self.figure.text(0.02, 0.02, remark, fontsize=9, color="#555555", linespacing=1.4)
+        axes: Axes3D = self.figure.add_axes((0.0, 0.1, 0.55, 0.74), projection="3d")
+        frame_box(axes, *extent(self.run))
+        if self.run.magnet is not None:
+            axes.plot(*self.run.magnet.T, color=PALE, linewidth=1.2)
+        return axes
+
+    def _cast_path(self) -> None:
+        """The head, its path so far, and what the time is."""
+        run = self.run
+        clock = self._move(self.whole, self.figure.text(0.02, 0.875, "", fontsize=12, va="top", family="monospace"))
+        path = self._line(self.whole, BLUE, 1.4)
+        head = self._move(self.whole, self.whole.plot([], [], [], "o", color=BLUE, markersize=4)[0])
+        strength = 1e3 * np.linalg.norm(self.data["field"], axis=1) if "field" in self.data else None
+
+        def place(sample: int) -> None:
+            words = f"t = {run.time[sample]:7.1f} s   z = {run.position[sample, 2]:7.1f} mm"
+            clock.set_text(words if strength is None else f"{words}   field {strength[sample]:6.2f} mT")
+            path.set_data_3d(*run.position[: sample + 1].T)
+            head.set_data_3d(*run.position[sample, :, None])
+
+        self.places.append(place)
+
+    def _cast_height(self) -> None:
+        """Height over time, with the part that is still to come pale."""
+        run = self.run
+        axes = self.figure.add_axes((0.65, 0.14, 0.28, 0.24))
+        draw_height(axes, run)
+        axes.lines[0].set(color=SKY, linewidth=0.8)
+        axes.set(xlim=(run.time[0], max(run.time[-1], run.time[0] + 1e-9)), xlabel="time (s)")
+        so_far = self._move(axes, axes.plot([], [], color=BLUE)[0])
+        now = self._move(axes, axes.plot([], [], "o", color=BLUE, markersize=5)[0])
+
+        def place(sample: int) -> None:
+            so_far.set_data(run.time[: sample + 1], run.position[: sample + 1, 2])
+            now.set_data([run.time[sample]], [run.position[sample, 2]])
+
+        self.places.append(place)
+
+    def _cast_magnet(self, magnet: Magnet, centres: Floats) -> None:
+        """A cylinder with a vermillion north half and a blue south half, and its moment."""
+        faces, north = cylinder_faces(magnet)
+        points = 1e3 * np.concatenate(faces)
+        splits = np.cumsum([len(face) for face in faces])[:-1]
+        directions = self._unit("rpm_moment")
+        solid = self._solid(self.whole, [VERMILLION if upper else BLUE for upper in north])
+        self.places.append(
+            lambda i: solid.set_verts(np.split(centres[i] + points @ axis_rotation(directions[i]).T, splits))
+        )
+        self._cast_arrow(self.whole, centres, directions, 1.6 * float(np.abs(points).max()), "black")
+
+    def _cast_close_up(self, device: Device) -> None:
+        """The device to scale, its moment, and the field."""
+        reach = 1.05 * _length(device)
+        axes: Axes3D = self.figure.add_axes((0.58, 0.38, 0.42, 0.48), projection="3d")
+        frame_box(axes, np.full(3, -reach), np.full(3, reach))
+        axes.set(xlabel="", ylabel="", zlabel="")
+        self.figure.text(0.6, 0.875, "device, to scale (mm from its head)", fontsize=10)
+        self.figure.text(0.6, 0.845, "device's moment", fontsize=10, color=PURPLE, weight="bold")
+        centres = np.zeros_like(self.run.position)
+        self._cast_device(axes, device, centres, scale=1, width=4.5)
+        moments = np.stack([body_rotation(quaternion)[:, 1] for quaternion in self.data["quaternion"]])
+        self._cast_arrow(axes, centres, moments, 0.35 * reach, PURPLE)
+        if "field" in self.data:
+            self.figure.text(0.72, 0.845, "field", fontsize=10, color=GREEN, weight="bold")
+            self._cast_arrow(axes, centres, self._unit("field"), 0.9 * reach, GREEN)
+
+    def _cast_device(self, axes: Axes3D, device: Device, centres: Floats, *, scale: int, width: float) -> None:
+        """Helix and head."""
+        points = 1e3 * scale * helix_line(device)
+        surface = 1e3 * scale * np.stack(head_faces(device))
+        helix = self._line(axes, ORANGE, width)
+        head = self._solid(axes, GREY)
+
+        def place(sample: int) -> None:
+            turn = body_rotation(self.data["quaternion"][sample]).T
+            helix.set_data_3d(*(centres[sample] + points @ turn).T)
+            head.set_verts(list(centres[sample] + surface @ turn))
+
+        self.places.append(place)
+
+    def _cast_arrow(self, axes: Axes3D, tails: Floats, directions: Floats, length: float, colour: str) -> None:
+        line = self._line(axes, colour, 2.2)
+        eye = _view(axes)
+        self.places.append(lambda i: line.set_data_3d(*arrow_line(tails[i], length * directions[i], eye).T))
+
+    def _unit(self, name: str) -> Floats:
+        """A vector over time, of unit length; zero where it is zero."""
+        vectors = self.data[name]
+        lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+        unit: Floats = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
+        return unit
+
+    def _line(self, axes: Axes3D, colour: str, width: float) -> Any:
+        return self._move(axes, axes.plot([], [], [], color=colour, linewidth=width, solid_capstyle="round")[0])
 
     def _solid(self, axes: Axes3D, colours: Any) -> Poly3DCollection:
         solid = Poly3DCollection([np.zeros((3, 3))], facecolors=colours, edgecolors="#00000030", linewidths=0.3)
@@ -132,63 +201,14 @@ class Scene:
         self._move(axes, solid)
         return solid
 
-    def _body(self, axes: Axes3D, width: float) -> tuple[Any, Poly3DCollection]:
-        helix = self._move(axes, axes.plot([], [], [], color=ORANGE, linewidth=width, solid_capstyle="round")[0])
-        return helix, self._solid(axes, GREY)
-
-    def frame(self, sample: int) -> NDArray[np.uint8]:
-        """Draw one sample: (height, width, 3) red, green, blue."""
-        self._place(sample)
-        self.canvas.restore_region(self.background)  # type: ignore[attr-defined]
-        for axes, artist in self.moving:
-            if isinstance(artist, Poly3DCollection):
-                artist.do_3d_projection()
-            axes.draw_artist(artist)
-        return np.asarray(self.canvas.buffer_rgba())[:, :, :3].copy()
-
-    def _place(self, sample: int) -> None:
-        run = self.run
-        here = run.position[sample]
-        field = self.data["field"][sample] if "field" in self.data else None
-        self.clock.set_text(
-            f"t = {run.time[sample]:7.1f} s   z = {here[2]:7.1f} mm"
-            + ("" if field is None else f"   field {1e3 * np.linalg.norm(field):6.2f} mT")
-        )
-        self.path.set_data_3d(*run.position[: sample + 1].T)
-        self.head.set_data_3d(*here[:, None])
-        self.so_far.set_data(run.time[: sample + 1], run.position[: sample + 1, 2])
-        self.now.set_data([run.time[sample]], [here[2]])
-        if hasattr(self, "magnet"):
-            self._place_magnet(sample)
-        if self.has_body:
-            self._place_body(sample, here)
-        if field is not None and np.linalg.norm(field) > 0.0:
-            direction = field / np.linalg.norm(field)
-            self.fields[0].set_data_3d(*arrow_line(here, 0.16 * self.size * direction, _view(self.whole)).T)
-            for arrow in self.fields[1:]:
-                arrow.set_data_3d(*arrow_line(np.zeros(3), 0.9 * self.reach * direction, _view(self.close_up)).T)
-
-    def _place_magnet(self, sample: int) -> None:
-        assert self.run.magnet is not None
-        centre = self.run.magnet[sample]
-        moment = self.data["rpm_moment"][sample]
-        direction = moment / np.linalg.norm(moment)
-        self.magnet.set_verts(np.split(centre + self.faces @ axis_rotation(direction).T, self.splits))
-        length = 1.6 * float(np.abs(self.faces).max())
-        self.moment.set_data_3d(*arrow_line(centre, length * direction, _view(self.whole)).T)
-
-    def _place_body(self, sample: int, here: Floats) -> None:
-        rotation = body_rotation(self.data["quaternion"][sample])
-        for (helix, ball), centre, scale in zip(self.bodies, (here, np.zeros(3)), (self.enlargement, 1.0), strict=True):
-            helix.set_data_3d(*(centre + scale * self.helix @ rotation.T).T)
-            ball.set_verts(list(centre + scale * self.ball @ rotation.T))
-        arrow = arrow_line(np.zeros(3), 0.35 * self.reach * rotation[:, 1], _view(self.close_up))
-        self.device_moment.set_data_3d(*arrow.T)
+    def _move(self, axes: Axes, artist: Any) -> Any:
+        """Take an artist out of the still background; those that move are drawn in the order they come in here."""
+        artist.set_animated(True)
+        self.moving.append((axes, artist))
+        return artist
 
 
 def _view(axes: Axes3D) -> Floats:
     """Direction from the scene to the eye."""
     elevation, azimuth = np.radians([axes.elev, axes.azim])
-    return np.array(
-        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
-    )
+    return np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])

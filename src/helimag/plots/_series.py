@@ -22,7 +22,8 @@ def draw_height(axes: Axes, run: Shown) -> None:
 
 def draw_gap(axes: Axes, run: Shown) -> None:
     """Distance between the centres of head and magnet, and where they touch (mm)."""
-    axes.plot(run.time, run.gap, color=GREEN)
+    if run.gap is not None:
+        axes.plot(run.time, run.gap, color=GREEN)
     if run.scenario is not None:
         contact = 1e3 * run.scenario.contact_distance
         axes.axhline(contact, color=VERMILLION, linewidth=0.6, linestyle="--")
@@ -33,10 +34,11 @@ def draw_gap(axes: Axes, run: Shown) -> None:
 
 def draw_attack(axes: Axes, run: Shown) -> None:
     """Attack angle of the long axis: mean between samples, and standard deviation within (deg)."""
-    if run.attack is not None and run.attack_spread is not None:
-        low, high = run.attack - run.attack_spread, run.attack + run.attack_spread
+    if run.attack is not None:
+        spread = 0.0 if run.attack_spread is None else run.attack_spread
+        low, high = run.attack - spread, run.attack + spread
         axes.fill_between(run.time, low, high, color=ORANGE, alpha=0.35, linewidth=0.0)
-    axes.plot(run.time, run.attack, color=ORANGE)
+        axes.plot(run.time, run.attack, color=ORANGE)
     axes.axhline(0.0, color=GREY, linewidth=0.6, linestyle=":")
     axes.set_ylabel("attack angle\n(deg)")
 
@@ -66,5 +68,11 @@ def _margin_label(axes: Axes, height: float, text: str, colour: str) -> None:
     """Name a level line in the margin to the right of the axes, where no curve can run through the text."""
     if np.isfinite(height):
         axes.annotate(
-            text, (1.01, height), xycoords=("axes fraction", "data"), color=colour, fontsize=6.0, va="center", ha="left"
+            text,
+            (1.01, height),
+            xycoords=("axes fraction", "data"),
+            color=colour,
+            fontsize="small",
+            va="center",
+            ha="left",
         )

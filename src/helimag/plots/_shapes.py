@@ -13,7 +13,7 @@ AROUND = 24  # facets of a cylinder
 
 
 def cylinder_faces(magnet: Magnet) -> tuple[list[Floats], list[bool]]:
-    """A magnet as polygons about the origin, its moment along z: (k, 3) each, and which belong to its upper, north half."""
+    """A magnet as polygons (k, 3) about the origin, its moment along z, and which belong to its upper, north half."""
     angle = np.linspace(0.0, 2.0 * np.pi, AROUND + 1)
     rim = magnet.radius * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
     lift = np.array([0.0, 0.0, magnet.height / 2.0])
@@ -28,7 +28,7 @@ def cylinder_faces(magnet: Magnet) -> tuple[list[Floats], list[bool]]:
 
 
 def helix_line(device: Device) -> Floats:
-    """Centreline of the helix in the body frame, head at the origin and x towards it (n, 3); conventions as in the model."""
+    """Centreline of the helix in the body frame (n, 3), the head at the origin; conventions as in the model."""
     helix = device.helix
     along = np.linspace(0.0, helix.length, int(16 * helix.length / helix.pitch) + 2)
     turn = 2.0 * np.pi / helix.pitch * along
@@ -67,7 +67,9 @@ def head_faces(device: Device) -> list[Floats]:
         polar = np.linspace(0.0, np.pi, 9)
         profile = -head.reach * np.cos(polar), head.radius * np.sin(polar)
     angle = np.linspace(0.0, 2.0 * np.pi, 13)
-    rings = [np.stack([np.full(13, x), r * np.cos(angle), r * np.sin(angle)], axis=1) for x, r in zip(*profile, strict=True)]
+    rings = [
+        np.stack([np.full(13, x), r * np.cos(angle), r * np.sin(angle)], axis=1) for x, r in zip(*profile, strict=True)
+    ]
     return [
         np.stack([rear[i], rear[i + 1], front[i + 1], front[i]])
         for rear, front in pairwise(rings)

@@ -29,7 +29,7 @@ PUBLISHED: dict[str, Any] = {"color": GREY, "linewidth": 0.7, "linestyle": "-."}
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One column: a run, its heading, a remark under the verdict, twins as time (s) and height (m), a published time (s)."""
+    """One column: a run, its heading, a remark below the verdict, twins (times in s, heights in m), a published time."""
 
     trajectory: Trajectory
     title: str
@@ -60,7 +60,7 @@ def draw_side_by_side(cases: Sequence[Case]) -> Figure:
             left = column * width
             _head(figure, left + 0.012, case, run)
             path = figure.add_axes((left - 0.01, 0.39, 0.96 * width, 0.44), projection="3d")
-            line = draw_path(path, run, until=until)  # type: ignore[arg-type]
+            line = draw_path(path, run, until=until)
             heights = figure.add_axes((left + 0.21 * width, 0.15, 0.61 * width, 0.18))
             _draw_heights(heights, case, run, until)
             if column > 0:

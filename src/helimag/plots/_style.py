@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, cast
 
 import matplotlib as mpl
 
@@ -42,7 +42,7 @@ STYLE: dict[str, Any] = {
     "grid.linewidth": 0.4,
     "grid.color": "#E5E5E5",
     "savefig.dpi": 300,
-    "svg.fonttype": "none",
+    "svg.fonttype": "path",
     "svg.hashsalt": "helimag",
     "pdf.fonttype": 42,
 }
@@ -53,5 +53,5 @@ def styled() -> Iterator[None]:
     """Draw in helimag's style without changing the caller's."""
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(STYLE)
+        mpl.rcParams.update(cast(Any, STYLE))
         yield

@@ -42,8 +42,8 @@ def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None)
     Returns
     -------
     Reproduction
-        Its rows have run, quantity, unit, published, computed, difference, twins, twins_q05, twins_q50, twins_q95, remark
-        and source.
+        Its rows have run, quantity, unit, published, computed, difference, twins, twins_q05, twins_q50, twins_q95,
+        remark and source.
 
     Raises
     ------

@@ -13,7 +13,7 @@ import numpy as np
 
 from helimag.files import replacing
 from helimag.gain import Verdict, gain_until
-from helimag.reproduce._ensemble import Ensemble
+from helimag.reproduce._ensemble import DISPLACEMENT, Ensemble
 from helimag.simulation import History
 
 Row = dict[str, Any]
@@ -21,8 +21,8 @@ Row = dict[str, Any]
 COLUMNS = ("run", "quantity", "published", "computed", "difference", "5 %", "50 %", "95 %", "")
 WIDTHS = (12, 14, 10, 10, 10, 8, 8, 8, 5)
 FITTED = (
-    "Wire radius, head radius, net weight and centre of gravity are not in the paper: the presets' values were fitted to "
-    "the outcomes of Fig. 3 and are one of a family along which A's escape time and C's gain trade off."
+    "Wire radius, head radius, net weight and centre of gravity are not in the paper: the presets' values were fitted "
+    "to the outcomes of Fig. 3 and are one of a family along which A's escape time and C's gain trade off."
 )
 
 
@@ -94,15 +94,17 @@ def _remark(entry: Row, ensemble: Ensemble) -> str:
     match entry["run"], entry["quantity"]:
         case "paper/fig3a", "gain" if judgement.end_time < entry["at"]:
             return (
-                f"The computed run ends where the device touches the magnet, at {judgement.end_time:.1f} s, and its gain with it. "
-                f"Followed to the height of the magnet's centre it would be {_gain_to_magnet(ensemble):.3f}."
+                f"The computed run, and its gain with it, ends where the device touches the magnet, at "
+                f"{judgement.end_time:.1f} s. Followed up to the magnet's centre it would be "
+                f"{_gain_to_magnet(ensemble):.3f}."
             )
         case "paper/fig3b", "verdict":
             start = 1e3 * np.array(ensemble.scenario.drive.start)
             return (
-                f"The preset starts at ({start[0]:g}, {start[1]:g}, {start[2]:g}) mm. Exactly at the published (0, -45, 0) mm "
-                "the run sits on a knife edge: whether it falls there depends on the integrator's tolerance. 1 um off it "
-                f"falls at every tolerance from 1e-6 to 1e-11. First slip against the field at {_seconds(ensemble.first_slip)}."
+                f"The preset starts at ({start[0]:g}, {start[1]:g}, {start[2]:g}) mm. Exactly at the published "
+                "(0, -45, 0) mm the run sits on a knife edge: whether it falls there depends on the integrator's "
+                "tolerance, while the preset's falls at every one tried from 1e-6 to 1e-11. First slip against the "
+                f"field at {_seconds(ensemble.first_slip)}."
             )
         case "paper/fig3b", "escape time":
             return (
@@ -111,12 +113,18 @@ def _remark(entry: Row, ensemble: Ensemble) -> str:
             )
         case "paper/fig3b", "gain":
             others = sum(judgement.verdict is not Verdict.FELL for judgement in ensemble.judgements)
-            return f"Sensitive to the start: {others} of {len(ensemble.twins)} twins do not fall, and their small gains count here."
+            return (
+                f"Sensitive to the start: {others} of {len(ensemble.twins)} twins do not fall, and their small gains "
+                "count here."
+            )
         case "paper/fig3c", "verdict" if judgement.verdict is not Verdict.BOUNDED:
             return f"Stays {judgement.reason}. So it does not leave, but it has no settled orbit as in the paper."
         case "paper/fig3c", "gain" if judgement.gain > entry["value"]:
             sunk = (ensemble.scenario.drive.start[2] - ensemble.nominal.heights.low.min()) / judgement.input
-            return f"A shortfall of the fit: {sunk:.3f} is how far the device sinks at first, the rest how far it drifts up since."
+            return (
+                f"A shortfall of the fit: {sunk:.3f} is how far the device sinks at first, the rest how far it then "
+                "rises above its start while it drifts."
+            )
     return ""
 
 
@@ -148,7 +156,8 @@ def as_text(rows: Sequence[Row]) -> str:
             lines.append(_line([row["run"], row["quantity"], *numbers, *spread, mark]))
     paragraphs = [f"({i}) {note}" for i, note in enumerate(notes, 1)] + [
         FITTED,
-        "Twins: 32 runs a preset that start 10 um (standard deviation along each axis) from it, under the same magnet path.",
+        f"Twins: runs that start {1e6 * DISPLACEMENT:g} um (standard deviation along each axis) beside the preset's "
+        "start, under the same magnet path. Quantiles are over the twins that have the value.",
     ]
     wrapped = [textwrap.fill(text, 100, subsequent_indent="    " if text[0] == "(" else "") for text in paragraphs]
     return "\n".join([*(line.rstrip() for line in lines), "", *wrapped])
