@@ -148,7 +148,7 @@ class Scene:
         self.places.append(
             lambda i: solid.set_verts(np.split(centres[i] + points @ axis_rotation(directions[i]).T, splits))
         )
-        self._cast_arrow(self.whole, centres, directions, 1.6 * float(np.abs(points).max()), "black")
+        self._cast_arrow(self.whole, centres, directions, 1.5 * float(np.abs(points).max()), "black")
 
     def _cast_close_up(self, device: Device) -> None:
         """The device to scale, its moment, and the field."""
@@ -193,10 +193,14 @@ class Scene:
         return unit
 
     def _line(self, axes: Axes3D, colour: str, width: float) -> Any:
-        return self._move(axes, axes.plot([], [], [], color=colour, linewidth=width, solid_capstyle="round")[0])
+        return self._move(
+            axes, axes.plot([], [], [], color=colour, linewidth=width, solid_capstyle="round", clip_on=False)[0]
+        )
 
     def _solid(self, axes: Axes3D, colours: Any) -> Poly3DCollection:
-        solid = Poly3DCollection([np.zeros((3, 3))], facecolors=colours, edgecolors="#00000030", linewidths=0.3)
+        solid = Poly3DCollection(
+            [np.zeros((3, 3))], facecolors=colours, edgecolors="#00000030", linewidths=0.3, clip_on=False
+        )
         axes.add_collection3d(solid, autolim=False)
         self._move(axes, solid)
         return solid

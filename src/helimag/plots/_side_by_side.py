@@ -29,7 +29,7 @@ PUBLISHED: dict[str, Any] = {"color": GREY, "linewidth": 0.7, "linestyle": "-."}
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One column: a run, its heading, a remark below the verdict, twins (times in s, heights in m), a published time."""
+    """One column: a run, heading and remark, twins (times in s, heights in m), and a published time (s)."""
 
     trajectory: Trajectory
     title: str
