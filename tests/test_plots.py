@@ -130,9 +130,9 @@ def test_failed_save_leaves_the_old_file_and_no_other(tmp_path):
     assert list(tmp_path.iterdir()) == [old]
     with pytest.raises(FileError, match="cannot be written"):
         plots.save(Broken(), tmp_path / "absent" / "run.png")
+    folder = tmp_path / "folder.png"
+    folder.mkdir()
     with pytest.raises(FileError, match="is a directory"):
-        folder = tmp_path / "folder.png"
-        folder.mkdir()
         plots.save(Broken(), folder)
 
 
@@ -176,7 +176,7 @@ def test_film_with_another_suffix_is_refused(run, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_film_shows_the_magnet_as_under_a_stroboscope(run):
+def test_film_shows_the_magnet_as_under_a_stroboscope():
     fine = hm.simulate(hm.load("paper/fig3c"), duration=120.0, interval=0.04)
     shown = _quantities.shown(fine)
     chosen = _film.chosen_samples(shown, 300)
