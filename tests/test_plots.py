@@ -61,17 +61,18 @@ def test_title_has_verdict_and_gain_in_words(run):
     assert f"= {run.gain:.3f}" in words
 
 
-def test_no_words_reach_over_the_edge(run):
-    figure = plots.draw_run(run)
+@pytest.mark.parametrize("kind", ["simulated", "measured"])
+def test_no_words_reach_over_the_edge(run, measured, kind):
+    figure = plots.draw_run(run if kind == "simulated" else measured)
     figure.draw_without_rendering()
     width, height = figure.bbox.size
-    for text in figure.findobj(mpl.text.Text):
-        if text.get_visible() and text.get_text().strip():
-            box = text.get_window_extent()
-            assert box.x0 > -1.0, text
-            assert box.y0 > -1.0, text
-            assert box.x1 < width + 1.0, text
-            assert box.y1 < height + 1.0, text
+    parts = [*figure.findobj(mpl.axes.Axes), *figure.findobj(mpl.legend.Legend), *figure.texts]
+    assert len(parts) > 5
+    for part in parts:
+        box = part.get_tightbbox()
+        assert min(box.x0, box.y0) > -1.0, part
+        assert box.x1 < width + 1.0, part
+        assert box.y1 < height + 1.0, part
 
 
 def test_measured_run_is_drawn_without_a_magnet(measured, tmp_path):
@@ -79,6 +80,7 @@ def test_measured_run_is_drawn_without_a_magnet(measured, tmp_path):
     assert list(panels(figure)) == ["height z (mm)", "attack angle (deg)"]
     words = " ".join(text.get_text() for text in figure.findobj(mpl.text.Text))
     assert "no verdict" in words
+    assert "slips" not in words
     assert "magnet" not in words
     plots.save(figure, tmp_path / "measured.png")
 

@@ -82,6 +82,8 @@ class Trajectory:
         """
         import xarray
 
+        if Path(path).is_dir():
+            raise FileError(f"{path} is a directory; name a file in it")
         try:
             with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as opened:
                 return cls(opened.load())

@@ -1,5 +1,6 @@
 """The path in three dimensions."""
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
@@ -85,9 +86,11 @@ def time_coloured(run: Shown, until: float) -> Line3DCollection:
     return line
 
 
-def extent(run: Shown) -> tuple[Floats, Floats]:
-    """Lowest and highest corner (mm) of what the run covers, the magnet with it, with a margin."""
-    points = run.position if run.magnet is None else np.concatenate([run.position, run.magnet])
+def extent(run: Shown, *, around_magnet: float = 0.0) -> tuple[Floats, Floats]:
+    """Lowest and highest corner (mm) of what the run covers, the magnet's path and as much around it, with a margin."""
+    points = run.position
+    if run.magnet is not None:
+        points = np.concatenate([points, run.magnet - around_magnet, run.magnet + around_magnet])
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     size = float((high - low).max())
     # a flat box would hide its own axes: no side shorter than a quarter of the longest
@@ -97,26 +100,26 @@ def extent(run: Shown) -> tuple[Floats, Floats]:
 
 def frame_box(axes: Axes3D, low: Floats, high: Floats) -> None:
     """Axes of equal scale with light panes, few ticks, and units."""
-    axes.computed_zorder = False  # the path over the magnet's, its ends over both
-    axes.set_proj_type("ortho")
-    axes.view_init(elev=18.0, azim=-55.0)
     sides = high - low
     tall = sides[2] > 1.8 * max(sides[:2])
+    axes.computed_zorder = False  # the path over the magnet's, its ends over both
+    axes.patch.set_visible(False)
+    axes.set_proj_type("ortho")
+    axes.view_init(elev=18.0, azim=-55.0)
     axes.set_box_aspect(tuple(sides), zoom=1.0 if tall else 1.1)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    for axis, name, least, most in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", low, high, strict=True):
-        axis.set_ticks(_ticks(least, most, max(2, round(6.0 * (most - least) / sides.max()))))
-        axis.set_label_text(f"{name} (mm)")
+    # matplotlib moves labels away from an axis in proportion to the box' other sides: undo that
+    stretch = float(mpl.rcParams["font.size"]) / 7.0 * np.linalg.norm(sides) / np.sqrt(np.sum(sides**2) - sides**2)
+    for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
+        axis.set_ticks(_ticks(low[i], high[i], max(2, round(6.0 * sides[i] / sides.max()))))
+        axis.set_label_text(f"{'xyz'[i]} (mm)")
         axis.set_pane_color((0.975, 0.975, 0.975, 1.0))
         axis._axinfo["grid"].update(color="#E0E0E0", linewidth=0.4)
-        axis.labelpad = -9.0 if tall else -7.0
-    axes.tick_params(pad=-3.0)
-    axes.tick_params(axis="z", pad=5.0 if tall else -1.0)
-    axes.zaxis.labelpad = 9.0 if tall else -4.0
+        axis.labelpad = 11.8 * stretch[i] - 21.0
+        axis.set_tick_params(pad=4.6 * stretch[i] - 8.0)
     if tall:  # x and y meet in the front corner of a narrow box: each gives up its tick there
         axes.set_xticks(axes.get_xticks()[:-1])
         axes.set_yticks(axes.get_yticks()[1:])
-    axes.patch.set_visible(False)
 
 
 def _ticks(low: float, high: float, bins: int) -> Floats:

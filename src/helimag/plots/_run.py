@@ -15,6 +15,7 @@ from helimag.trajectory import Trajectory
 HEAD_HEIGHT = 14.0 * MM
 PANEL_HEIGHT = 26.0 * MM
 LEAST_HEIGHT = 85.0 * MM
+FOOT = 10.5 * MM  # below the colour bar
 
 
 def draw_run(trajectory: Trajectory) -> Figure:
@@ -56,7 +57,8 @@ def _panels(run: Shown) -> list[Callable[[Axes, Shown], None]]:
 
 def _draw_path(figure: SubFigure, run: Shown) -> None:
     """Path, its markers explained above and its colours below; placed by hand, as layout engines fail in 3-D."""
-    axes = figure.add_axes((0.0, 0.18, 0.93, 0.72), projection="3d")
+    foot = FOOT / figure.bbox.height * figure.dpi
+    axes = figure.add_axes((0.0, foot + 0.085, 0.93, 0.805 - foot), projection="3d")
     line = draw_path(axes, run)
     figure.legend(
         *axes.get_legend_handles_labels(),
@@ -66,7 +68,7 @@ def _draw_path(figure: SubFigure, run: Shown) -> None:
         columnspacing=1.0,
         handletextpad=0.2,
     )
-    bar = figure.add_axes((0.2, 0.085, 0.6, 0.018))
+    bar = figure.add_axes((0.2, foot, 0.6, 0.018))
     figure.colorbar(line, cax=bar, orientation="horizontal", label="time (s)")
 
 
@@ -89,5 +91,6 @@ def _title(run: Shown) -> str:
     if run.judgement is not None:
         judgement = run.judgement
         ratio = f"{1e3 * judgement.output:.1f} mm / {1e3 * judgement.input:.1f} mm"
-        lines.append(f"gain = y / u = {ratio} = {judgement.gain:.3f};  slips: {judgement.slips}")
+        slips = "" if run.slips is None else f";  slips: {judgement.slips}"
+        lines.append(f"gain = y / u = {ratio} = {judgement.gain:.3f}{slips}")
     return "\n".join(lines)

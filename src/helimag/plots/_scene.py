@@ -100,11 +100,15 @@ class Scene:
         self.figure.text(0.02, 0.965, self.run.name, weight="bold", fontsize=14, va="top")
         self.figure.text(0.02, 0.92, self.run.verdict, fontsize=10.5, va="top")
         self.figure.text(0.02, 0.02, remark, fontsize=9, color="#555555", linespacing=1.4)
-        axes: Axes3D = self.figure.add_axes((0.0, 0.1, 0.55, 0.74), projection="3d")
-        frame_box(axes, *extent(self.run))
+        axes: Axes3D = self.figure.add_axes((0.0, 0.11, 0.55, 0.73), projection="3d")
+        frame_box(axes, *extent(self.run, around_magnet=self._room()))
         if self.run.magnet is not None:
             axes.plot(*self.run.magnet.T, color=PALE, linewidth=1.2)
         return axes
+
+    def _room(self) -> float:
+        """Around the magnet's centre, for it to turn in with its arrow (mm)."""
+        return 0.0 if self.run.scenario is None else 1.5e3 * self.run.scenario.magnet[0].reach
 
     def _cast_path(self) -> None:
         """The head, its path so far, and what the time is."""
@@ -148,7 +152,7 @@ class Scene:
         self.places.append(
             lambda i: solid.set_verts(np.split(centres[i] + points @ axis_rotation(directions[i]).T, splits))
         )
-        self._cast_arrow(self.whole, centres, directions, 1.5 * float(np.abs(points).max()), "black")
+        self._cast_arrow(self.whole, centres, directions, self._room(), "black")
 
     def _cast_close_up(self, device: Device) -> None:
         """The device to scale, its moment, and the field."""

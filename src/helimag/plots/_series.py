@@ -2,19 +2,22 @@
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from helimag.plots._quantities import Shown, lag_in_step, slipping_spans
 from helimag.plots._style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
+
+Floats = NDArray[np.float64]
 
 
 def draw_height(axes: Axes, run: Shown) -> None:
     """Height of the head with its range between samples, of its start, and of the magnet (mm)."""
     axes.fill_between(run.time, run.low, run.high, color=BLUE, alpha=0.35, linewidth=0.0)
     axes.plot(run.time, run.position[:, 2], color=BLUE)
-    start = run.position[0, 2]
+    start = float(run.position[0, 2])
     axes.axhline(start, color=GREY, linewidth=0.6, linestyle=":")
     _margin_label(axes, start, "start", GREY)
-    if run.magnet is not None:
+    if run.magnet is not None and _fits(float(run.magnet[-1, 2]), np.append(run.position[:, 2], start)):
         axes.plot(run.time, run.magnet[:, 2], color=GREY, linewidth=0.8, linestyle="--")
         _margin_label(axes, float(run.magnet[-1, 2]), "magnet", GREY)
     axes.set_ylabel("height z (mm)")
@@ -24,8 +27,8 @@ def draw_gap(axes: Axes, run: Shown) -> None:
     """Distance between the centres of head and magnet, and where they touch (mm)."""
     if run.gap is not None:
         axes.plot(run.time, run.gap, color=GREEN)
-    if run.scenario is not None:
-        contact = 1e3 * run.scenario.contact_distance
+    contact = np.nan if run.scenario is None else 1e3 * run.scenario.contact_distance
+    if run.gap is not None and _fits(contact, run.gap):
         axes.axhline(contact, color=VERMILLION, linewidth=0.6, linestyle="--")
         _margin_label(axes, contact, "contact", VERMILLION)
         axes.set_ylim(bottom=0.0)
@@ -62,6 +65,12 @@ def limits_of_time(axes: Axes, run: Shown) -> None:
         axes.set_xlim(run.time[0], run.time[-1])
     axes.grid(axis="y")
     axes.set_axisbelow(True)
+
+
+def _fits(level: float, curve: Floats) -> bool:
+    """Whether a level can be shown without flattening the curve: with it, the curve still has a tenth of the height."""
+    low, high = float(np.nanmin(curve)), float(np.nanmax(curve))
+    return high - low > 0.1 * (max(high, level) - min(low, level))
 
 
 def _margin_label(axes: Axes, height: float, text: str, colour: str) -> None:
