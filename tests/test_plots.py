@@ -35,6 +35,16 @@ def measured():
     )
 
 
+@pytest.fixture(scope="module")
+def falling():
+    """A run whose box is much taller than wide."""
+    time = np.linspace(0.0, 1000.0, 101)
+    zero = np.zeros_like(time)
+    rpm = 0.06 * np.stack([np.cos(time / 30.0), np.sin(time / 30.0), zero + 2.5], axis=1)
+    values = {"position": np.stack([zero, zero, -3e-4 * time], axis=1), "rpm_position": rpm}
+    return Trajectory.from_arrays(time, values, {"name": "falling", "initial_gap": 0.15, "end": "fall"})
+
+
 def panels(figure):
     """Axes over time, by the first line of their label."""
     return {
@@ -61,9 +71,9 @@ def test_title_has_verdict_and_gain_in_words(run):
     assert f"= {run.gain:.3f}" in words
 
 
-@pytest.mark.parametrize("kind", ["simulated", "measured"])
-def test_no_words_reach_over_the_edge(run, measured, kind):
-    figure = plots.draw_run(run if kind == "simulated" else measured)
+@pytest.mark.parametrize("kind", ["run", "measured", "falling"])
+def test_no_words_reach_over_the_edge_or_the_colour_bar(request, kind):
+    figure = plots.draw_run(request.getfixturevalue(kind))
     figure.draw_without_rendering()
     width, height = figure.bbox.size
     parts = [*figure.findobj(mpl.axes.Axes), *figure.findobj(mpl.legend.Legend), *figure.texts]
@@ -73,6 +83,10 @@ def test_no_words_reach_over_the_edge(run, measured, kind):
         assert min(box.x0, box.y0) > -1.0, part
         assert box.x1 < width + 1.0, part
         assert box.y1 < height + 1.0, part
+    (path,) = (axes for axes in parts if getattr(axes, "name", "") == "3d")
+    (bar,) = (axes for axes in parts if getattr(axes, "get_xlabel", str)() == "time (s)" and not axes.get_ylabel())
+    for label in (path.xaxis.label, path.yaxis.label):
+        assert label.get_window_extent().y0 > bar.get_window_extent().y1, label
 
 
 def test_measured_run_is_drawn_without_a_magnet(measured, tmp_path):

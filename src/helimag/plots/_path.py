@@ -106,7 +106,7 @@ def frame_box(axes: Axes3D, low: Floats, high: Floats) -> None:
     axes.patch.set_visible(False)
     axes.set_proj_type("ortho")
     axes.view_init(elev=18.0, azim=-55.0)
-    axes.set_box_aspect(tuple(sides), zoom=1.0 if tall else 1.1)
+    axes.set_box_aspect(tuple(sides), zoom=0.96 if tall else 1.1)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     # matplotlib moves labels away from an axis in proportion to the box' other sides: undo that
     stretch = float(mpl.rcParams["font.size"]) / 7.0 * np.linalg.norm(sides) / np.sqrt(np.sum(sides**2) - sides**2)

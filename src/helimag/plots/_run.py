@@ -58,7 +58,7 @@ def _panels(run: Shown) -> list[Callable[[Axes, Shown], None]]:
 def _draw_path(figure: SubFigure, run: Shown) -> None:
     """Path, its markers explained above and its colours below; placed by hand, as layout engines fail in 3-D."""
     foot = FOOT / figure.bbox.height * figure.dpi
-    axes = figure.add_axes((0.0, foot + 0.085, 0.93, 0.805 - foot), projection="3d")
+    axes = figure.add_axes((0.0, foot + 0.1, 0.93, 0.79 - foot), projection="3d")
     line = draw_path(axes, run)
     figure.legend(
         *axes.get_legend_handles_labels(),
