@@ -13,6 +13,7 @@ from helimag.plots._style import BLUE, GREY, PALE, TIME_COLOURS, VERMILLION
 
 Floats = NDArray[np.float64]
 
+FILL = 0.94  # of the axes' height by a box on the screen, which leaves room for its labels
 MOST_SEGMENTS = 900  # of the coloured line: enough for the eye, and a vector file stays small
 
 
@@ -106,7 +107,9 @@ def frame_box(axes: Axes3D, low: Floats, high: Floats) -> None:
     axes.patch.set_visible(False)
     axes.set_proj_type("ortho")
     axes.view_init(elev=18.0, azim=-55.0)
-    axes.set_box_aspect(tuple(sides), zoom=0.96 if tall else 1.1)
+    turn, lift = np.radians([axes.azim, axes.elev])
+    height = sides @ np.abs([np.cos(turn) * np.sin(lift), np.sin(turn) * np.sin(lift), np.cos(lift)])
+    axes.set_box_aspect(tuple(sides), zoom=min(1.1, FILL * np.linalg.norm(sides) / height))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     # matplotlib moves labels away from an axis in proportion to the box' other sides: undo that
     stretch = float(mpl.rcParams["font.size"]) / 7.0 * np.linalg.norm(sides) / np.sqrt(np.sum(sides**2) - sides**2)

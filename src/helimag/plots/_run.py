@@ -14,8 +14,9 @@ from helimag.trajectory import Trajectory
 
 HEAD_HEIGHT = 14.0 * MM
 PANEL_HEIGHT = 26.0 * MM
-LEAST_HEIGHT = 85.0 * MM
+LEAST_HEIGHT = 95.0 * MM
 FOOT = 10.5 * MM  # below the colour bar
+LABELS = 12.5 * MM  # between the colour bar and the axes of the path
 
 
 def draw_run(trajectory: Trajectory) -> Figure:
@@ -57,8 +58,9 @@ def _panels(run: Shown) -> list[Callable[[Axes, Shown], None]]:
 
 def _draw_path(figure: SubFigure, run: Shown) -> None:
     """Path, its markers explained above and its colours below; placed by hand, as layout engines fail in 3-D."""
-    foot = FOOT / figure.bbox.height * figure.dpi
-    axes = figure.add_axes((0.0, foot + 0.1, 0.93, 0.79 - foot), projection="3d")
+    inch = figure.dpi / figure.bbox.height
+    foot, bottom = FOOT * inch, (FOOT + LABELS) * inch
+    axes = figure.add_axes((0.0, bottom, 0.93, 0.89 - bottom), projection="3d")
     line = draw_path(axes, run)
     figure.legend(
         *axes.get_legend_handles_labels(),
