@@ -108,6 +108,27 @@ def judge(run: Heights) -> Judgement:
     )
 
 
+def gain_until(run: Heights, time: float) -> float:
+    """Gain of the part of a run up to ``time`` (s): eqs (5)-(6) over its samples up to then.
+
+    Parameters
+    ----------
+    run
+        The run; where it ended before ``time``, all of it counts.
+    time
+        Seconds, not before the first sample.
+
+    Raises
+    ------
+    InputError
+        Where the run has no sample up to then.
+    """
+    part = run.time <= time
+    if not part.any():
+        raise InputError(f"time must not be before the first sample at {run.time[0]:g} s; got {time:g} s")
+    return float(run.high[part].max() - run.low[part].min()) / run.initial_gap
+
+
 def _time_mean(run: Heights, values: Floats, where: NDArray[np.bool_]) -> float:
     """Mean over time of interval means: each sample stands for the interval that it ends."""
     spans = np.diff(run.time, prepend=run.time[0])

@@ -1,8 +1,6 @@
 """A run, simulated or measured: labelled arrays with units and provenance, in and out of netCDF."""
 
 import json
-import os
-import tempfile
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -11,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import FileError, InputError
+from helimag.files import replacing
 from helimag.gain import End, Heights, Judgement, Verdict, judge
 
 if TYPE_CHECKING:
@@ -83,6 +82,8 @@ class Trajectory:
         """
         import xarray
 
+        if Path(path).is_dir():
+            raise FileError(f"{path} is a directory; name a file in it")
         try:
             with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as opened:
                 return cls(opened.load())
@@ -101,24 +102,8 @@ class Trajectory:
         FileError
             Where the file cannot be written; nothing is left behind.
         """
-        target = Path(path)
-        if target.is_dir():
-            raise FileError(f"{path} is a directory; name a file in it")
-        try:
-            handle, beside = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
-        except OSError as error:
-            raise FileError(f"{path} cannot be written: {error.strerror}") from None
-        os.close(handle)
-        try:
+        with replacing(path) as beside:
             self.dataset.to_netcdf(beside, engine="h5netcdf")
-            mask = os.umask(0)
-            os.umask(mask)
-            Path(beside).chmod(0o666 & ~mask)
-            Path(beside).replace(target)
-        except OSError as error:
-            raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
-        finally:
-            Path(beside).unlink(missing_ok=True)
 
     @cached_property
     def judgement(self) -> Judgement:

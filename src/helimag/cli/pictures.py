@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from helimag.cli._shared import Json, print_json, progress_bar
+from helimag.cli._shared import Json, check_target, print_json, progress_bar
 
 
 def plot(
@@ -25,6 +25,10 @@ def plot(
     animate
         Film to write instead: .mp4.
     """
+    target = output or (run.with_suffix(".png") if animate is None else None)
+    for path in (target, animate):
+        if path is not None:
+            check_target(path)
     from helimag import plots
     from helimag.trajectory import Trajectory
 
@@ -33,8 +37,7 @@ def plot(
         with progress_bar(f"filming {run.name}") as progress:
             plots.animate(trajectory, animate, progress=progress)
         print(animate)
-    if output is not None or animate is None:
-        target = output or run.with_suffix(".png")
+    if target is not None:
         plots.save(plots.draw_run(trajectory), target)
         print(target)
 

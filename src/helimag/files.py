@@ -1,0 +1,51 @@
+"""Writing files so that nobody ever finds half of one."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from helimag.errors import FileError
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Give a new file beside ``path`` to write to, and rename it to ``path`` when the block has succeeded.
+
+    Parameters
+    ----------
+    path
+        Where the file shall be; its folder must exist.
+
+    Yields
+    ------
+    Path
+        An empty file in the same folder; gone again if the block fails.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be written; nothing is left behind, and what was at ``path`` before is still there.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise FileError(f"{path} is a directory; name a file in it")
+    try:
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
+    except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror}") from None
+    os.close(handle)
+    beside = Path(name)
+    try:
+        yield beside
+        mask = os.umask(0)
+        os.umask(mask)
+        beside.chmod(0o666 & ~mask)
+        beside.replace(target)
+    except FileError:
+        raise
+    except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
+    finally:
+        beside.unlink(missing_ok=True)

@@ -1,0 +1,17 @@
+"""Figures and films of runs, with matplotlib and PyAV (``pip install helimag[plots]``)."""
+
+from helimag.errors import MissingExtra
+
+try:
+    import av as _av  # noqa: F401
+    import matplotlib as _matplotlib
+except ImportError as _error:
+    raise MissingExtra(f"figures and films need {_error.name}: pip install helimag[plots]") from None
+_matplotlib.set_loglevel("ERROR")  # its remarks on fonts and caches are no part of a command's output
+
+from helimag.plots._film import animate  # noqa: E402
+from helimag.plots._run import draw_run  # noqa: E402
+from helimag.plots._save import save  # noqa: E402
+from helimag.plots._side_by_side import Case, draw_side_by_side  # noqa: E402
+
+__all__ = ["Case", "animate", "draw_run", "draw_side_by_side", "save"]

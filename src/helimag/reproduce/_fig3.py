@@ -1,0 +1,112 @@
+"""Fig. 3 of the paper: three half-hour runs, each with twins that start 10 um away, beside the published values."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import FileError
+from helimag.reproduce._ensemble import Ensemble, run_ensembles
+from helimag.reproduce._table import as_text, fig3_rows, write_csv, write_json
+from helimag.scenario import load
+from helimag.trajectory import Trajectory
+
+Floats = NDArray[np.float64]
+
+RUNS = ("paper/fig3a", "paper/fig3b", "paper/fig3c")
+SIMULATED = 0.85  # share of the time that the runs take; the rest is drawing
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reproduction:
+    """Computed beside published: rows for machines, the same as a table for people, and the files written."""
+
+    rows: list[dict[str, Any]]
+    text: str
+    files: tuple[Path, ...]
+
+
+def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None) -> Reproduction:
+    """Compute the paper's Fig. 3 and write figure, table and runs into a folder.
+
+    Parameters
+    ----------
+    folder
+        For fig3.png, .svg, .pdf, .csv, .json and the three runs as netCDF; made where it does not exist.
+    progress
+        Called with the fraction done.
+
+    Returns
+    -------
+    Reproduction
+        Its rows have run, quantity, unit, published, computed, difference, twins, twins_q05, twins_q50, twins_q95,
+        remark and source.
+
+    Raises
+    ------
+    MissingExtra
+        Where matplotlib is not installed.
+    FileError
+        Where the folder or a file cannot be written.
+    """
+    from helimag import plots  # first: half a minute of work must not end in a missing package
+
+    report = progress or (lambda _: None)
+    target = _made(folder)
+    ensembles = run_ensembles([load(name) for name in RUNS], progress=lambda done: report(SIMULATED * done))
+    trajectories = [ensemble.trajectory for ensemble in ensembles]
+    rows = fig3_rows(ensembles)
+    text = as_text(rows)
+    report(SIMULATED)
+    figure = plots.draw_side_by_side(_cases(ensembles, trajectories, rows))
+    files = [target / f"fig3.{suffix}" for suffix in ("png", "svg", "pdf")]
+    for path in files:
+        plots.save(figure, path)
+    files += [target / "fig3.csv", target / "fig3.json"]
+    write_csv(rows, files[3])
+    write_json(rows, files[4])
+    for trajectory, name in zip(trajectories, RUNS, strict=True):
+        files.append(target / f"{Path(name).name}.nc")
+        trajectory.save(files[-1])
+    report(1.0)
+    return Reproduction(rows=rows, text=text, files=tuple(files))
+
+
+def _made(folder: str | Path) -> Path:
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise FileError(f"{folder} is a file; name a folder to write to") from None
+    except OSError as error:
+        raise FileError(f"the folder {folder} cannot be made: {error.strerror}") from None
+    return target
+
+
+def _cases(ensembles: Sequence[Ensemble], trajectories: Sequence[Trajectory], rows: list[dict[str, Any]]) -> list[Any]:
+    """What the figure shows of each run."""
+    from helimag.plots import Case
+
+    cases = []
+    for letter, ensemble, trajectory in zip("ABC", ensembles, trajectories, strict=True):
+        own = {row["quantity"].partition(" ")[0]: row for row in rows if row["run"] == ensemble.scenario.name}
+        gain = own["gain"]
+        drive = ensemble.scenario.drive
+        counts = ", ".join(f"{count} {name}" for name, count in ensemble.verdicts.most_common())
+        remark = (
+            f"{gain['quantity']}: {gain['computed']:.3f}; paper {gain['published']:.3f}\n"
+            f"twins: {counts}; gain {gain['twins_q05']:.2f} to {gain['twins_q95']:.2f}"
+        )
+        cases.append(
+            Case(
+                trajectory=trajectory,
+                title=f"{letter}   {1e3 * drive.distance:g} mm, {np.degrees(drive.pitch):g}°",
+                remark=remark,
+                twins=[(twin.time, twin.states[:, 2]) for twin in ensemble.twins],
+                published_time=own["escape"]["published"] if "escape" in own else None,
+            )
+        )
+    return cases

@@ -1,0 +1,162 @@
+"""Fig. 3 of the paper: the computed runs do what the published ones do, within the differences that are stated."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from helimag.errors import FileError, InputError
+from helimag.gain import End, Heights, gain_until
+from helimag.reproduce import _ensemble, fig3
+from helimag.scenario import load
+from helimag.trajectory import Trajectory
+
+TWINS = 10  # enough for a majority; the command runs 32
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("paper") / "made" / "fig3"
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    done = []
+    run_ensembles = _ensemble.run_ensembles
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("helimag.reproduce._fig3.run_ensembles", lambda s, **k: run_ensembles(s, twins=TWINS, **k))
+        result = fig3(folder, progress=done.append)
+    assert done == sorted(done)
+    assert done[-1] == 1.0
+    return result
+
+
+@pytest.fixture(scope="module")
+def rows(result):
+    return {(row["run"].removeprefix("paper/fig3"), row["quantity"]): row for row in result.rows}
+
+
+def test_published_values_are_the_papers(rows):
+    published = {key: row["published"] for key, row in rows.items()}
+    assert published == {
+        ("a", "verdict"): "attracted",
+        ("a", "escape time"): 1300.0,
+        ("a", "gain at 1400 s"): 1.247,
+        ("b", "verdict"): "fell",
+        ("b", "escape time"): 650.0,
+        ("b", "gain at 700 s"): 0.914,
+        ("c", "verdict"): "bounded",
+        ("c", "gain at 1800 s"): 0.252,
+    }
+    assert all("section II-B" in row["source"] for row in rows.values())
+
+
+def test_a_is_attracted_when_the_paper_says(rows):
+    assert rows["a", "verdict"]["computed"] == "attracted"
+    assert rows["a", "verdict"]["twins"] == f"{TWINS} of {TWINS} attracted"
+    escape = rows["a", "escape time"]
+    assert 1200.0 < escape["computed"] < 1400.0
+    assert 1200.0 < escape["twins_q05"] <= escape["twins_q50"] <= escape["twins_q95"] < 1400.0
+    assert 1.05 < rows["a", "gain at 1400 s"]["computed"] < 1.25
+    assert "touches the magnet" in rows["a", "gain at 1400 s"]["remark"]
+
+
+def test_b_falls_and_most_of_its_twins_with_it(rows):
+    assert rows["b", "verdict"]["computed"] == "fell"
+    assert int(rows["b", "escape time"]["twins"].split()[0]) > TWINS / 2
+    gain = rows["b", "gain at 700 s"]
+    assert 0.8 < gain["computed"] < 1.1
+    assert 0.8 < gain["twins_q50"] < 1.1
+    assert "knife edge" in rows["b", "verdict"]["remark"]
+
+
+def test_c_stays_inside_and_its_difference_is_stated(rows, folder):
+    assert rows["c", "verdict"]["computed"] in {"bounded", "drifting"}
+    run = Trajectory.load(folder / "fig3c.nc")
+    assert run.judgement.end_time == 1800.0
+    gain = rows["c", "gain at 1800 s"]
+    assert gain["computed"] == pytest.approx(run.gain)
+    assert gain["computed"] < 0.5
+    assert gain["remark"].startswith("A shortfall")
+
+
+def test_differences_are_computed_less_published(rows):
+    for row in rows.values():
+        if isinstance(row["published"], str):
+            assert row["difference"] == ("none" if row["computed"] == row["published"] else "differs")
+        else:
+            assert row["difference"] == pytest.approx(row["computed"] - row["published"])
+
+
+def test_twins_are_apart_but_near(rows):
+    escape = rows["a", "escape time"]
+    assert 0.5 < escape["twins_q95"] - escape["twins_q05"] < 60.0
+
+
+def test_files_are_whole_and_all(result, folder):
+    names = {path.name for path in folder.iterdir()}
+    assert names == {"fig3.png", "fig3.svg", "fig3.pdf", "fig3.csv", "fig3.json", "fig3a.nc", "fig3b.nc", "fig3c.nc"}
+    assert {path.name for path in result.files} == names
+    assert (folder / "fig3.png").read_bytes().startswith(b"\x89PNG")
+    assert (folder / "fig3.svg").read_text().rstrip().endswith("</svg>")
+    assert (folder / "fig3.pdf").read_bytes().rstrip().endswith(b"%%EOF")
+    assert json.loads((folder / "fig3.json").read_text()) == result.rows
+    with (folder / "fig3.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [float(row["published"]) for row in table if row["quantity"] != "verdict"] == [
+        row["published"] for row in result.rows if row["quantity"] != "verdict"
+    ]
+
+
+def test_text_shows_both_values_and_every_remark(result):
+    words = " ".join(result.text.split())
+    for row in result.rows:
+        assert " ".join(row["remark"].split()) in words
+        if not isinstance(row["published"], str) and not row["unit"]:
+            assert f"{row['published']:.3f}" in words
+            assert f"{row['computed']:.3f}" in words
+    assert "fitted" in words
+
+
+def test_a_file_in_the_folders_place_is_refused(tmp_path):
+    (tmp_path / "out").write_text("")
+    with pytest.raises(FileError, match="is a file; name a folder"):
+        fig3(tmp_path / "out")
+
+
+def test_displacements_are_those_stated():
+    states = _ensemble.displaced_states((0.0, -0.045, 0.0), 20000, np.random.default_rng(1))
+    np.testing.assert_array_equal(states[0], [0.0, -0.045, 0.0, 1.0, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(states[1:, :3].std(axis=0), 10e-6, rtol=0.03)
+    np.testing.assert_array_equal(states[:, 3:], np.tile([1.0, 0.0, 0.0, 0.0], (20001, 1)))
+
+
+def heights(low, high):
+    count = len(low)
+    return Heights(
+        time=np.arange(float(count)),
+        low=np.array(low),
+        high=np.array(high),
+        mean=np.zeros(count),
+        attack=np.zeros(count),
+        attack_square=np.zeros(count),
+        slips=0,
+        initial_gap=0.1,
+        end=End.HORIZON,
+    )
+
+
+def test_gain_until_a_time_counts_samples_up_to_it():
+    run = heights([0.0, -0.02, -0.01, -0.05], [0.0, 0.01, 0.03, 0.0])
+    assert gain_until(run, 0.0) == 0.0
+    assert gain_until(run, 1.5) == pytest.approx(0.3)
+    assert gain_until(run, 2.0) == pytest.approx(0.5)
+    assert gain_until(run, 100.0) == pytest.approx(0.8)
+    with pytest.raises(InputError, match="before the first sample at 0 s; got -1 s"):
+        gain_until(run, -1.0)
+
+
+def test_gain_until_the_end_is_the_gain():
+    history = _ensemble.advance([load("paper/fig3c").replaced({"run.duration": 50.0})])[0]
+    assert gain_until(history.heights, 50.0) == history.judge().gain
