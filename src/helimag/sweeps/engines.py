@@ -93,7 +93,7 @@ class Cluster:
         self, jobs: Sequence[Job], sample_times: NDArray[np.float64] | None, report: Callable[[float], None]
     ) -> Iterator[tuple[int, Rows]]:
         """Compute on the cluster, a chunk a worker thread; a chunk whose worker dies goes to another one."""
-        from distributed import CancelledError, KilledWorker, as_completed
+        from distributed import as_completed
 
         waiting = iter(jobs)
         sent: dict[Any, int] = {}
@@ -107,15 +107,17 @@ class Cluster:
                 new.append(future)
             return new
 
-        done = as_completed(send(AHEAD * max(1, sum(self.client.nthreads().values()))), raise_errors=False)
+        ahead = AHEAD * max(1, sum(self.client.nthreads().values()))
+        done = as_completed(send(ahead), loop=self.client.loop, raise_errors=False)
         try:
             for future in done:
-                try:
-                    rows = future.result()
-                except (KilledWorker, CancelledError, OSError) as error:
+                if future.status != "finished":
+                    why = future.exception() if future.status == "error" else future.status
                     raise RunError(
-                        f"the cluster gave a chunk up: {error}; look at the workers' logs and run the same command again"
-                    ) from None
+                        f"the cluster gave a chunk up: {type(why).__name__} {why}; look at the workers' logs and run the "
+                        "same command again"
+                    )
+                rows = future.result()
                 yield sent.pop(future), rows
                 future.release()
                 done.update(send(1))
