@@ -128,15 +128,15 @@ def sweep_progress(what: str) -> Iterator[Callable[["Progress"], None]]:
 
     form = "{task.completed:.0f}/{task.total:.0f} runs  {task.fields[rate]}  {task.fields[counts]}"
     bar = Bar(TextColumn(what), BarColumn(), TextColumn(form), console=Console(stderr=True), transient=True)
-    task = bar.add_task(what, total=None, rate="", counts="")
+    task = bar.add_task(what, total=1.0, rate="", counts="")
 
     def report(progress: "Progress") -> None:
-        if not bar.live.is_started and progress.seconds > 1.0:
-            bar.start()
         rate = progress.rate
         left = _clock((progress.total - progress.worked) / rate) if rate > 0.0 else "?"
         counts = ", ".join(f"{count} {name}" for name, count in progress.counts.most_common())
         bar.update(task, total=progress.total, completed=progress.worked, rate=f"{rate:.1f}/s, {left} left", counts=counts)
+        if not bar.live.is_started and progress.seconds > 1.0:
+            bar.start()
 
     try:
         yield report
