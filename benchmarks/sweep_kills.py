@@ -1,7 +1,7 @@
 """Kill a sweep with SIGKILL at random moments, resume it each time, and compare with one that was left alone.
 
-Prints how many runs were begun more than once after they had been committed (must be 0) and whether every file of the two
-stores is the same (must be). Usage: python benchmarks/sweep_kills.py [kills]
+Prints how many runs were begun again after they had been committed (must be 0) and whether every file of the two stores
+is the same (must be). Usage: python benchmarks/sweep_kills.py [kills]
 """
 
 import os
@@ -107,7 +107,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         found = torture(Path(folder), kills=kills, count=600)
     print(
-        f"{found['kills']} kills, {found['runs']} runs; begun {found['begun']} times in all, {found['repeated']} of them "
+        f"{found['kills']} kills, {found['runs']} runs; {found['begun']} begun, {found['repeated']} of them again "
         f"after their commit; all {found['files']} files {'the same' if found['same'] else 'NOT the same'}"
     )
     if found["repeated"] or not found["same"] or found["kills"] != kills:

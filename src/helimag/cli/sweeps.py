@@ -81,7 +81,11 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
         report["boundary"] = {
             "axes": list(line.names),
             "points": len(line.points),
-            **({"median_error": line.median_error.tolist(), "largest_error": line.largest_error.tolist()} if len(line.points) else {}),
+            **(
+                {"median_error": line.median_error.tolist(), "largest_error": line.largest_error.tolist()}
+                if len(line.points)
+                else {}
+            ),
             "gap": line.gap.tolist(),
         }
         lines.append(describe(line, dataset))
@@ -116,7 +120,9 @@ def describe(line: Any, dataset: Any) -> str:
 def _clock(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d} min" if minutes else f"{seconds:.1f} s"
+    return (
+        f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d} min" if minutes else f"{seconds:.1f} s"
+    )
 
 
 @contextmanager
@@ -134,7 +140,9 @@ def sweep_progress(what: str) -> Iterator[Callable[["Progress"], None]]:
         rate = progress.rate
         left = _clock((progress.total - progress.worked) / rate) if rate > 0.0 else "?"
         counts = ", ".join(f"{count} {name}" for name, count in progress.counts.most_common())
-        bar.update(task, total=progress.total, completed=progress.worked, rate=f"{rate:.1f}/s, {left} left", counts=counts)
+        bar.update(
+            task, total=progress.total, completed=progress.worked, rate=f"{rate:.1f}/s, {left} left", counts=counts
+        )
         if not bar.live.is_started and progress.seconds > 1.0:
             bar.start()
 

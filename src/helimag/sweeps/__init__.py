@@ -1,4 +1,4 @@
-"""Sweeps: a plan of many runs, a store that survives interruption, threads or a cluster, and the boundary of a verdict."""
+"""Sweeps: many runs by plan, a store that survives interruption, threads or a cluster, a verdict's boundary."""
 
 from helimag.sweeps.boundary import BoundaryLine, boundary_line
 from helimag.sweeps.compute import Outcome, Reason

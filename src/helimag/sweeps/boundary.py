@@ -1,10 +1,10 @@
 """Where the verdict changes, over two axes: which points to run next, and how well the boundary is known.
 
-The points run so far are joined to triangles (Delaunay). An edge between two runs that differ has the change somewhere
-on it, so its middle is worth a run, the longest edges first. Differing means: inside and outside of the wanted verdict; or,
-both outside, lost upwards and lost downwards, since a band of bounded runs between them can be narrower than any grid. Part
-of the runs goes to edges whose ends agree, the longer and the later their ends were lost the sooner, since that is where
-bands hide that no pair of runs straddles.
+The points run so far are joined to triangles (Delaunay). An edge between two runs that differ has the change somewhere on
+it, so its middle is worth a run, the longest edges first. Differing means: inside and outside of the wanted verdict; or,
+both outside, lost upwards and lost downwards, since a band of bounded runs between them can be narrower than any grid.
+Part of the runs goes to edges whose ends agree, the sooner the longer they are and the later their ends were lost, since
+that is where bands hide that no pair of runs straddles.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ STRADDLE = 0.6  # weight of an edge from lost upwards to lost downwards, beside 
 
 @dataclass(frozen=True)
 class Seen:
-    """Results at points (n, 2) of the unit square: whether the wanted verdict, the way the height went, how long it held."""
+    """Results at points (n, 2) of the unit square: the wanted verdict or not, up or down, how long it held."""
 
     points: Floats
     inside: Mask
@@ -38,7 +38,7 @@ class Seen:
 
 
 def start_points(counts: tuple[int, int], total: int) -> Floats:
-    """The coarse grid, filled up to a multiple of :data:`ROUND` with points of a Sobol sequence: (n, 2), at most ``total``."""
+    """The coarse grid, filled up to a multiple of :data:`ROUND` by a Sobol sequence: (n, 2), at most ``total``."""
     from scipy.stats import qmc
 
     x, y = (np.linspace(0.0, 1.0, count) for count in counts)
@@ -86,9 +86,9 @@ def _edges(points: Floats) -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class BoundaryLine:
-    """The boundary of a verdict: points (n, 2) in SI, each between two runs that differ, with half their distance as error.
+    """The boundary of a verdict: points (n, 2) in SI, each halfway between two runs that differ, half of that the error.
 
-    ``gap`` (2,) is the largest extent of an edge whose ends agree: a separate patch smaller than that may have been missed.
+    ``gap`` (2,) is the largest extent of an edge whose ends agree: a patch of its own, smaller than that, may be missed.
     """
 
     names: tuple[str, str]

@@ -141,7 +141,8 @@ def _fill(rows: Rows, run: int, history: History) -> None:
 
 def _due(history: History, sample: int) -> float:
     """When a sample was due (s); the last one of a run that ended early comes before."""
-    return min(sample * history.scenario.run.sample_interval, history.scenario.run.duration)
+    run = history.scenario.run
+    return float(min(sample * run.sample_interval, run.duration))
 
 
 def _reason(judgement: Judgement, end: End) -> Reason:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.scenario import Scenario, load
+from helimag.scenario._fields import Quantity
 from helimag.sweeps.plan import Axis, Plan
 
 Floats = NDArray[np.float64]
@@ -66,9 +67,7 @@ class Design:
     @cached_property
     def chunks(self) -> list[tuple[int, ...]]:
         """Index of each chunk along the dimensions, in the order of running."""
-        counts = [
-            math.ceil(length / size) for length, size in zip(self.shape.values(), self.chunk_shape, strict=True)
-        ]
+        counts = [math.ceil(length / size) for length, size in zip(self.shape.values(), self.chunk_shape, strict=True)]
         return list(product(*(range(count) for count in counts)))
 
     def block(self, chunk: int) -> tuple[slice, ...]:
@@ -151,7 +150,9 @@ def resolve(plan: Plan) -> Design:
 def _spread(plan: Plan, base: Scenario, names: list[str]) -> tuple[ResolvedAxis, ...]:
     """The axes of a plan whose points are sampled now, or chosen on the way."""
     kinds = [kind_of(base, axis.field) for axis in plan.axis]
-    bounds = [(_number(axis, "start", kind), _number(axis, "stop", kind)) for axis, kind in zip(plan.axis, kinds, strict=True)]
+    bounds = [
+        (_number(axis, "start", kind), _number(axis, "stop", kind)) for axis, kind in zip(plan.axis, kinds, strict=True)
+    ]
     for axis, (low, high) in zip(plan.axis, bounds, strict=True):
         if not low < high:
             raise InputError(f"axis '{axis.field}' must have a start below its stop; got {axis.start} and {axis.stop}")
@@ -200,9 +201,9 @@ def kind_of(scenario: Scenario, field: str) -> q.Kind | None:
     if last not in fields:
         scenario.replaced({field: 0.0})  # its message names what is there instead
         raise InputError(f"'{field}' is not a single field of the scenario")
-    annotations = [*fields[last].metadata, *(m for arg in get_args(fields[last].annotation) for m in get_args(arg)[1:])]
-    found = [entry for entry in annotations if isinstance(entry, q.Kind)]
-    if isinstance(getattr(at, last), (tuple, BaseException)) or hasattr(getattr(at, last), "model_fields"):
+    marks = [*fields[last].metadata, *(m for arg in get_args(fields[last].annotation) for m in get_args(arg)[1:])]
+    found = [mark.kind for mark in marks if isinstance(mark, Quantity)]
+    if isinstance(getattr(at, last), tuple) or hasattr(getattr(at, last), "model_fields"):
         raise InputError(f"axis '{field}' must be a single value of the scenario; name one of its parts")
     return found[0] if found else None
 

@@ -114,7 +114,7 @@ class Cluster:
                 if future.status != "finished":
                     why = future.exception() if future.status == "error" else future.status
                     raise RunError(
-                        f"the cluster gave a chunk up: {type(why).__name__} {why}; look at the workers' logs and run the "
+                        f"the cluster gave a chunk up: {type(why).__name__} {why}; see the workers' logs, then run the "
                         "same command again"
                     )
                 rows = future.result()
@@ -147,9 +147,7 @@ def engine(scheduler: str | None, threads: int | None = None) -> Iterator[Engine
     try:
         client = Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise FileError(
-            f"no dask scheduler answers at '{scheduler}' (such as tcp://127.0.0.1:8786): {error}"
-        ) from None
+        raise FileError(f"no dask scheduler answers at '{scheduler}' (such as tcp://127.0.0.1:8786): {error}") from None
     try:
         yield Cluster(client)
     finally:

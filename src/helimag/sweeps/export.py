@@ -68,7 +68,9 @@ def check_whole(path: Path, attributes: dict[str, object]) -> None:
 def _chunk_files(array: Path, count: int) -> list[Path]:
     """Files of an array's chunks, in the order of the sweep's chunks."""
     form = json.loads((array / "zarr.json").read_text(encoding="utf-8"))
-    steps = [-(-n // size) for n, size in zip(form["shape"], form["chunk_grid"]["configuration"]["chunk_shape"], strict=True)]
+    steps = [
+        -(-n // size) for n, size in zip(form["shape"], form["chunk_grid"]["configuration"]["chunk_shape"], strict=True)
+    ]
     return [array.joinpath("c", *map(str, index)) for index in np.ndindex(*steps)][:count]
 
 
@@ -125,7 +127,9 @@ def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
     shape = dataset["verdict"]
     columns = {name: dataset[name].broadcast_like(shape).transpose(*shape.dims).values.ravel() for name in axes}
     columns |= {name: dataset[name].values.ravel() for name in SCALARS}
-    words = {name: dataset[name].attrs["flag_meanings"].split() for name in axes if "flag_meanings" in dataset[name].attrs}
+    words = {
+        name: dataset[name].attrs["flag_meanings"].split() for name in axes if "flag_meanings" in dataset[name].attrs
+    }
     flags, reasons = shape.values.ravel(), dataset["reason"].values.ravel()
     hashes = dataset["scenario_hash"].values.reshape(flags.size, -1)
     units = {name: dataset[name].attrs.get("units", "1") for name in columns}

@@ -18,8 +18,8 @@ class _Part(BaseModel):
 class Axis(_Part):
     """One field of the scenario and the values that it takes; every physical value is text with a unit.
 
-    A list (``values``), a range (``start``, ``stop``, ``step``), a grid (``start``, ``stop``, ``count``), or, where the plan
-    samples, bounds only (``start``, ``stop``). Axes with the same ``zip`` name move together; all others are crossed.
+    A list (``values``), a range (``start``, ``stop``, ``step``), a grid (``start``, ``stop``, ``count``), or, where the
+    plan samples, bounds only (``start``, ``stop``). Axes with the same ``zip`` name move together; all others are crossed.
     ``drive.speed`` is the length of ``drive.velocity``, whose direction stays (x where it is zero).
     """
 
@@ -45,8 +45,8 @@ class Axis(_Part):
         if given not in forms:
             got = ", ".join(sorted(given)) or "nothing"
             raise InputError(
-                f"'{self.field}' must have values, or start and stop with a step, with a count, or alone where the plan "
-                f"samples; got {got}"
+                f"'{self.field}' must have values, or start and stop with a step, with a count, or alone where the "
+                f"plan samples; got {got}"
             )
         if self.values == ():
             raise InputError(f"'{self.field}' must have at least one value; got an empty list")

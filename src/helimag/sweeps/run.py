@@ -133,9 +133,9 @@ def _planned(design: Design, store: Store) -> Iterator[tuple[list[Job], dict[int
 
 
 def _chosen(design: Design, store: Store) -> Iterator[tuple[list[Job], dict[int, Rows]]]:
-    """Round after round of points near the change of verdict; what is in the store already decides as if it had just come."""
+    """Round after round of points near the change of verdict; what is stored already decides as if it had just come."""
     wanted = design.plan.boundary
-    assert wanted is not None  # noqa: S101  the caller's condition
+    assert wanted is not None
     low, high = (np.array([axis.bounds[i] for axis in design.axes if axis.bounds]) for i in (0, 1))
     unit = start_points((design.plan.axis[0].count or 2, design.plan.axis[1].count or 2), wanted.budget)
     size = design.chunk_shape[0]
@@ -171,7 +171,7 @@ def _seen(design: Design, store: Store, unit: NDArray[np.float64]) -> Seen:
     names = ("verdict", "height_change", "escape_time", "end_time")
     found = {name: np.concatenate([store.read(chunk, name) for chunk in chunks])[: len(unit)] for name in names}
     wanted = design.plan.boundary
-    assert wanted is not None  # noqa: S101  the caller's condition
+    assert wanted is not None
     lost = np.asarray(found["escape_time"], dtype=float)
     held = np.where(np.isnan(lost), 1.0, lost / design.base.run.duration)
     return Seen(
@@ -198,9 +198,11 @@ def _scenarios(design: Design, points: Sequence[dict[str, Value]]) -> list[Scena
 
 
 def _check_first(design: Design) -> None:
-    """Raise InputError where not one of a few points makes a scenario: then it is the plan that is wrong, not a corner of it."""
+    """Raise InputError where no point of the first and last chunk makes a scenario: then the plan is wrong."""
     if design.plan.boundary is not None:
-        points = [{axis.field: axis.bounds[i] for axis in design.axes if axis.bounds} for i in (0, 1)]
+        points: list[dict[str, Value]] = [
+            {axis.field: axis.bounds[i] for axis in design.axes if axis.bounds} for i in (0, 1)
+        ]
     else:
         points = list(design.points(0)) + list(design.points(len(design.chunks) - 1))
     if all(scenario is None for scenario in _scenarios(design, points)):
@@ -215,7 +217,7 @@ def _count(state: Progress, verdicts: NDArray[np.generic]) -> None:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a sweep will take: runs, seconds and bytes (both extrapolated from a trial), and how many points were refused."""
+    """What a sweep will take: runs, seconds and bytes, both extrapolated from a trial."""
 
     runs: int
     seconds: float
@@ -256,7 +258,10 @@ def _spread_points(design: Design, count: int) -> list[dict[str, Value]]:
         unit = start_points((4, 4), count)
         bounds = [axis.bounds or (0.0, 0.0) for axis in design.axes]
         return [
-            {axis.field: low + (high - low) * float(x) for axis, (low, high), x in zip(design.axes, bounds, row, strict=True)}
+            {
+                axis.field: low + (high - low) * float(x)
+                for axis, (low, high), x in zip(design.axes, bounds, row, strict=True)
+            }
             for row in unit
         ]
     chosen = np.unique(np.linspace(0, len(design.chunks) - 1, count).astype(int))

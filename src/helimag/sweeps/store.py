@@ -93,8 +93,8 @@ class Store:
             self._arrays[name][where] = values
         except OSError as error:
             raise FileError(
-                f"{file} cannot be written: {error.strerror or error}; what was committed before is unharmed: remove the "
-                "cause and run the same command again"
+                f"{file} cannot be written: {error.strerror or error}; what was committed is unharmed: remove the cause "
+                "and run the same command again"
             ) from None
 
     def _is_committed(self, chunk: int) -> bool:
@@ -138,7 +138,7 @@ def _remedy(file: Path) -> str:
 
 def sample_times(design: Design) -> NDArray[np.float64] | None:
     """When trajectories are kept (s); None where they are not."""
-    interval = design.plan.trajectory
+    interval: float | None = design.plan.trajectory
     if interval is None:
         return None
     last = max([design.base.run.duration, *_durations(design)])
@@ -158,11 +158,14 @@ def variables(design: Design) -> dict[str, tuple[tuple[str, ...], Any, Any, dict
         found[name] = (dims, np.float64, np.nan, {"units": unit, "long_name": meaning})
     for name, flags in (("verdict", Outcome), ("reason", Reason)):
         found[name] = (dims, np.int8, 0, {"long_name": name, **flag_attributes([label(flag) for flag in flags])})
-    digest = {"long_name": "SHA-256 of the scenario, byte by byte", "units": "1"}
+    digest: dict[str, object] = {"long_name": "SHA-256 of the scenario, byte by byte", "units": "1"}
     found["scenario_hash"] = ((*dims, "byte"), np.uint8, 0, digest)
     if design.plan.trajectory is not None:
-        place = {"units": "m", "long_name": "centre of the head, lab frame; none after the end"}
-        turn = {"units": "1", "long_name": "rotation from body to lab (w, x, y, z); none after the end"}
+        place: dict[str, object] = {"units": "m", "long_name": "centre of the head, lab frame; none after the end"}
+        turn: dict[str, object] = {
+            "units": "1",
+            "long_name": "rotation from body to lab (w, x, y, z); none after the end",
+        }
         found["position"] = ((*dims, "time", "axis"), np.float64, np.nan, place)
         found["quaternion"] = ((*dims, "time", "component"), np.float64, np.nan, turn)
     for axis in design.axes:
@@ -213,7 +216,13 @@ def _template(design: Design) -> "xarray.Dataset":
     import xarray
 
     times = sample_times(design)
-    lengths = {**design.shape, "byte": HASH_BYTES, "axis": 3, "component": 4, "time": 0 if times is None else times.size}
+    lengths = {
+        **design.shape,
+        "byte": HASH_BYTES,
+        "axis": 3,
+        "component": 4,
+        "time": 0 if times is None else times.size,
+    }
     lengths |= {"chunk": len(design.chunks), "file": len(variables(design)) - 1}
     data = {
         name: (dims, np.broadcast_to(np.asarray(fill, kind), [lengths[dim] for dim in dims]), attributes)
