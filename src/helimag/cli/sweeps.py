@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from helimag.cli._shared import Json, print_json
+from helimag.cli._shared import Json, check_target, print_json
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def sweep(
     for target in export or []:
         if target.suffix not in (".nc", ".csv"):
             raise InputError(f"--export must end in .nc or .csv; got '{target}'")
+        check_target(target)
     with sweep_progress(plan.stem) as progress:
         dataset = sweeps.sweep(plan, out=output, scheduler=scheduler, threads=threads, progress=progress)
     for target in export or []:
@@ -93,6 +94,22 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
         print_json(report)
     else:
         print("\n".join([*lines, *(f"written to {target}" for target in exported)]))
+
+
+def plot_sweep(store: Path, output: Path | None) -> None:
+    """Draw a sweep's store as a figure, or as an interactive page where the output ends in .html."""
+    from helimag import plots
+    from helimag.plots import sweeps as pictures
+    from helimag.sweeps import load_sweep
+
+    target = output or store.with_suffix(".png")
+    check_target(target)
+    dataset = load_sweep(store)
+    if target.suffix == ".html":
+        pictures.save_html(pictures.interactive_sweep(dataset), target)
+    else:
+        plots.save(pictures.draw_sweep(dataset), target)
+    print(target)
 
 
 def describe(line: Any, dataset: Any) -> str:
