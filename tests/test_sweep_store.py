@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import re
 import signal
 import subprocess
@@ -168,7 +167,7 @@ def test_a_finished_store_is_left_as_it_is(done, monkeypatch):
 
 def test_killed_and_resumed_is_the_same_bit_for_bit_and_nothing_is_computed_twice(tmp_path):
     # the same with 20 kills: benchmarks/sweep_kills.py
-    found = sweep_kills.torture(tmp_path, kills=3, count=150)
+    found = sweep_kills.torture(tmp_path, kills=3, count=80)
     assert found["kills"] == 3
     assert found["repeated"] == 0
     assert found["same"]
@@ -198,7 +197,7 @@ def test_control_c_ends_the_command_with_one_line_and_status_130(tmp_path):
     message = child.communicate(timeout=30)[1]
     assert child.returncode == 130
     assert "Traceback" not in message
-    assert "interrupted" in message
+    assert "interrupted; run the same command again" in message
     counts(load_sweep(tmp_path / "s.zarr"))
 
 
@@ -217,10 +216,12 @@ def test_another_plan_is_refused_with_the_difference_named(done):
     assert sweep_kills.files(done) == before
 
 
-def test_other_versions_are_refused(done, tmp_path, monkeypatch):
+def test_other_versions_are_refused(done, tmp_path):
     store = copy(done, tmp_path / "s.zarr")
-    text = (store / "zarr.json").read_text(encoding="utf-8")
-    (store / "zarr.json").write_text(text.replace(helimag.trajectory.versions()[14:20], '"9.9.9'), encoding="utf-8")
+    found = json.loads((store / "zarr.json").read_text(encoding="utf-8"))
+    theirs = json.loads(found["attributes"]["versions"])
+    found["attributes"]["versions"] = json.dumps({**theirs, "helimag": "9.9.9"})
+    (store / "zarr.json").write_text(json.dumps(found), encoding="utf-8")
     with pytest.raises(InputError, match=r"begun with helimag 9\.9\.9"):
         helimag.sweep(parse_plan(PLAN), out=store)
 
@@ -255,32 +256,39 @@ def test_a_store_in_use_is_refused(done):
         helimag.sweep(parse_plan(PLAN), out=done)
 
 
-def unprivileged(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run as nobody where the tests run as root, whom permissions do not stop."""
-    user = {"user": 65534} if os.geteuid() == 0 else {}
-    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False, **user)
-
-
 def test_a_read_only_store_gives_one_clear_line(done, tmp_path):
     store = copy(done, tmp_path / "s.zarr")
     (store / "checksum/c/2/0").unlink()
-    for folder in (tmp_path, *tmp_path.parents):
-        if folder.owner() == tmp_path.owner() and os.geteuid() == 0 and folder != Path("/"):
-            folder.chmod(folder.stat().st_mode | 0o055)
     for path in [store, *store.rglob("*")]:
         path.chmod(0o555 if path.is_dir() else 0o444)
     plan = written(tmp_path / "plan.toml")
-    plan.chmod(0o644)
-    code = "import sys; from helimag.cli import main; sys.argv[0] = 'helimag'; main()"
-    found = unprivileged(code, "sweep", str(plan), "-o", str(store))
-    if "No module named" in found.stderr or "could not find" in found.stderr:
-        pytest.skip("nobody cannot read this installation")
-    assert found.returncode == 2, found.stderr
-    assert f"{store} cannot be written: Permission denied" in found.stderr
-    assert "Traceback" not in found.stderr
-    found = unprivileged(code, "sweep", str(plan), "-o", str(store / "new.zarr"))
-    assert found.returncode == 2
-    assert "cannot be made: Permission denied" in found.stderr
+    # permissions do not stop root: a child that has loaded everything goes on as nobody
+    code = """
+import os, sys
+from pathlib import Path
+import helimag
+plan, store, warm = sys.argv[1:]
+helimag.sweep(plan, out=warm)
+if os.geteuid() == 0:
+    for folder in Path(store).parents:
+        folder.chmod(folder.stat().st_mode | 0o055)
+        if folder.parent == Path("/tmp") or folder.parent == Path("/"):
+            break
+    os.setuid(65534)
+for out in (store, store + "/new.zarr"):
+    try:
+        helimag.sweep(plan, out=out)
+    except helimag.FileError as error:
+        print(error)
+"""
+    arguments = [str(plan), str(store), str(tmp_path / "warm.zarr")]
+    found = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
+    lines = found.stdout.splitlines()
+    assert lines[0] == f"{store} cannot be written: Permission denied"
+    assert lines[1] == f"{store}/new.zarr cannot be made: Permission denied"
+    for path in [store, *store.rglob("*")]:
+        path.chmod(0o755 if path.is_dir() else 0o644)
+    load_sweep(store)
 
 
 def test_a_full_disk_names_the_file_and_keeps_what_was_committed(tmp_path, done):

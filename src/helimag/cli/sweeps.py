@@ -1,5 +1,6 @@
 """The command that makes many runs: sweep."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -54,8 +55,12 @@ def sweep(
         if target.suffix not in (".nc", ".csv"):
             raise InputError(f"--export must end in .nc or .csv; got '{target}'")
         check_target(target)
-    with sweep_progress(plan.stem) as progress:
-        dataset = sweeps.sweep(plan, out=output, scheduler=scheduler, threads=threads, progress=progress)
+    try:
+        with sweep_progress(plan.stem) as progress:
+            dataset = sweeps.sweep(plan, out=output, scheduler=scheduler, threads=threads, progress=progress)
+    except KeyboardInterrupt:
+        print(f"helimag: interrupted; run the same command again to go on from what is in {output}", file=sys.stderr)
+        sys.exit(130)
     for target in export or []:
         sweeps.export(dataset, target)
     _print_result(dataset, output, export or [], json)
