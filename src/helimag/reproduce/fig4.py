@@ -6,6 +6,7 @@ chosen where there are any, since a run that still drifts has no gain for all fu
 Section III states, and the distance lies about Fig. 3's.
 """
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,6 +102,7 @@ class Fig4:
     """The paper's Fig. 4: rows for machines, the same as a table for people, and the files written."""
 
     rows: list[dict[str, Any]]
+    trends: list[dict[str, Any]]
     text: str
     files: tuple[Path, ...]
 
@@ -230,6 +232,7 @@ def fig4(
         progress=progress,
     )
     rows = [panel.row for panel in panels]
+    found = trends(rows)
     figure = draw(panels)
     files = [target / f"fig4.{suffix}" for suffix in ("png", "svg", "pdf", "csv", "json")]
     for path in files[:3]:
@@ -237,10 +240,45 @@ def fig4(
     with replacing(files[3]) as beside:
         beside.write_text(_csv(rows), encoding="utf-8")
     with replacing(files[4]) as beside:
-        import json
+        beside.write_text(json.dumps({"panels": rows, "trends": found}, indent=2) + "\n", encoding="utf-8")
+    return Fig4(rows=rows, trends=found, text=_table(panels) + "\n\n" + _trend_table(found), files=tuple(files))
 
-        beside.write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
-    return Fig4(rows=rows, text=_table(panels), files=tuple(files))
+
+def trends(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """What section II-C reads from the figure, checked on the rows from each frequency to the next higher one."""
+    frequencies = sorted({row["frequency_hz"] for row in rows})
+
+    def values(name: str, quantity: str) -> list[float | None]:
+        found = {row["frequency_hz"]: row[quantity] for row in rows if row["input"] == name}
+        return [found.get(frequency) for frequency in frequencies]
+
+    least = [min(row["least_gain"] for row in rows if row["frequency_hz"] == frequency) for frequency in frequencies]
+    claims = (
+        ("the bounded pitch falls (highest, rad)", values("pitch", "bounded_to"), -1.0),
+        ("the bounded range of pitch narrows (rad)", values("pitch", "bounded_extent"), -1.0),
+        ("the bounded range of distance narrows (m)", values("distance", "bounded_extent"), -1.0),
+        ("the least gain rises", least, 1.0),
+        ("the least bounded yaw rate rises (rad/s)", values("yaw_rate", "bounded_from"), 1.0),
+    )
+    return [
+        {"published": claim, "frequencies_hz": frequencies, "computed": numbers, "holds": _moves(numbers, sign)}
+        for claim, numbers, sign in claims
+        if any(number is not None for number in numbers)
+    ]
+
+
+def _moves(numbers: Sequence[float | None], sign: float) -> bool:
+    """Whether each number is beyond the one before."""
+    known = np.array([np.nan if number is None else number for number in numbers])
+    return bool(np.all(sign * np.diff(known) > 0.0))
+
+
+def _trend_table(found: Sequence[Mapping[str, Any]]) -> str:
+    lines = ["As frequency rises, at each step of this procedure:"]
+    for trend in found:
+        numbers = ", ".join("-" if number is None else f"{number:.4g}" for number in trend["computed"])
+        lines.append(f"  {trend['published']}: {'holds' if trend['holds'] else 'does NOT hold'}  ({numbers})")
+    return "\n".join(lines)
 
 
 def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -269,9 +307,10 @@ def _table(panels: Sequence[Panel]) -> str:
 
 
 def draw(panels: Sequence[Panel]) -> Any:
-    """Six panels: wide passes above, fine ones below; gain by frequency, gamma = 1, and a strip of shade for each frequency
-    where its runs are judged bounded."""
+    """Six panels, wide passes above, fine ones below: gain by frequency, gamma = 1, and where runs are judged bounded."""
+    import matplotlib as mpl
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
     from helimag.plots._style import FULL_WIDTH, MM, styled
     from helimag.plots.sweeps import draw_curve, label_of, legend, shade
@@ -279,26 +318,20 @@ def draw(panels: Sequence[Panel]) -> Any:
     frequencies = list(dict.fromkeys(panel.frequency for panel in panels))
     names = list(dict.fromkeys(panel.input.name for panel in panels))
     with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 110 * MM), layout="constrained")
+        figure = Figure(figsize=(FULL_WIDTH, 115 * MM), layout="constrained")
         axes = figure.subplots(2, len(names), squeeze=False)
-        import matplotlib as mpl
-
         colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.85, len(frequencies)))
         for panel in panels:
             column, i = names.index(panel.input.name), frequencies.index(panel.frequency)
             strip = (1.0 - (i + 1) / (5 * len(frequencies)), 1.0 - i / (5 * len(frequencies)))
-            for place, data in enumerate((panel.wide, panel.fine)):
-                here = axes[place][column]
-                top = 2.0 if place == 0 else 1.25
-                label = f"{panel.frequency:g} Hz"
-                draw_curve(here, data, panel.input.name, label=label, colour=colours[i], top=top)
+            for here, data, top in zip(axes[:, column], (panel.wide, panel.fine), (2.0, 1.25), strict=True):
+                draw_curve(here, data, panel.input.name, label=None, colour=colours[i], top=top)
                 shade(here, data, panel.input.name, colours[i], strip)
-                here.set_ylim(0.0, top * 1.3)
-                here.set_xlabel(label_of(data, panel.input.name))
+                here.set(ylim=(0.0, top * 1.3), xlabel=label_of(data, panel.input.name))
         for column, letter in zip(range(len(names)), "ABC", strict=False):
             axes[0][column].set_title(f"({letter})", loc="left")
-        axes[0][0].legend(title="strips: judged bounded", ncols=2, loc="center left")
         flags = np.concatenate([data["verdict"].values for panel in panels for data in (panel.wide, panel.fine)])
-        figure.legend(handles=legend(flags), loc="outside lower center", ncols=7)
+        lines = [Line2D([], [], color=c, label=f"{f:g} Hz") for f, c in zip(frequencies, colours, strict=True)]
+        figure.legend(handles=lines + legend(flags), loc="outside lower center", ncols=len(lines))
+        figure.suptitle("wide pass above, fine pass below; strips: judged bounded", fontsize=7)
     return figure
-
