@@ -99,9 +99,9 @@ class Design:
         changes: dict[str, object] = {field: value for field, value in values.items() if field != SPEED}
         if SPEED in values:
             changes["drive.velocity"] = _velocity(self.base, float(values[SPEED]))
-        scenario = self.base.replaced(changes)
-        interval = self.plan.trajectory or scenario.run.duration / self.plan.samples
-        return scenario.replaced({"run.interval": min(interval, scenario.run.duration)})
+        duration = float(values.get("run.duration", self.base.run.duration))
+        changes["run.interval"] = min(self.plan.trajectory or duration / self.plan.samples, duration)
+        return self.base.replaced(changes)
 
     @cached_property
     def identity(self) -> dict[str, Any]:
