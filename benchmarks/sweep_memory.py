@@ -1,4 +1,4 @@
-"""Peak memory of a sweep of 100 and of 10,000 short runs, each in a process of its own: it must not grow with the number.
+"""Peak memory of a sweep of 100 and of 10,000 short runs, each in its own process: it must not grow with the number.
 
 Usage: python benchmarks/sweep_memory.py [runs ...]
 """

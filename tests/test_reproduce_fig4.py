@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helimag import quantities as q
-from helimag.reproduce.fig4 import Input, fig4, trends
+from helimag.reproduce._fig4 import Input, fig4, trends
 from helimag.sweeps import Outcome, load_sweep
 
 INPUTS = (
@@ -29,7 +29,9 @@ def test_each_pass_starts_from_the_values_of_least_gain_before_it(made):
     held = {"pitch": np.radians(12.7), "distance": 0.15}
     for frequency in (2.5, 3.0):
         for name in ("pitch", "distance"):
-            stores = [load_sweep(folder / "fig4-sweeps" / f"{frequency:g}Hz-{name}-{part}.zarr") for part in ("wide", "fine")]
+            stores = [
+                load_sweep(folder / "fig4-sweeps" / f"{frequency:g}Hz-{name}-{part}.zarr") for part in ("wide", "fine")
+            ]
             other = {"pitch": "distance", "distance": "pitch"}[name]
             for store in stores:
                 assert float(store["frequency"]) == frequency

@@ -24,7 +24,7 @@ def explore(judge, counts, budget, resolution=0.01):
 
 
 def band(width, *, tells_side):
-    """A slanting band; outside, devices are lost sooner the farther away, and perhaps upwards above and downwards below."""
+    """A slanting band; outside, devices are lost the sooner the farther, perhaps upwards above and downwards below."""
 
     def judge(unit):
         off = unit[:, 1] - (0.62 - 0.25 * unit[:, 0])
@@ -119,7 +119,9 @@ def test_the_devices_own_band_is_found_between_the_coarse_runs(found):
     bounded = line["pitch"].values[line["verdict"].values == Outcome.BOUNDED]
     assert math.degrees(np.ptp(bounded)) == pytest.approx(1.0, abs=0.3)  # one degree wide at 3.3 Hz
     near = inside & (np.abs(data["frequency"].values - 3.3) < 0.06)
-    assert np.any((data["pitch"].values[near] >= bounded[0] - 0.01) & (data["pitch"].values[near] <= bounded[-1] + 0.01))
+    assert np.any(
+        (data["pitch"].values[near] >= bounded[0] - 0.01) & (data["pitch"].values[near] <= bounded[-1] + 0.01)
+    )
     assert np.all(np.isfinite(boundary_line(data).median_error))
 
 

@@ -50,7 +50,9 @@ def test_crossed_axes_give_every_combination_once_with_values_as_read_from_text(
     assert design.shape == {"frequency": 2, "pitch": 11}
     points = all_points(design)
     pitches = [10.0 + 0.3 * i for i in range(11)]
-    expected = {(f, load(BASE).replaced({"drive.pitch": f"{p:.12g} deg"}).drive.pitch) for f in (2.0, 2.5) for p in pitches}
+    expected = {
+        (f, load(BASE).replaced({"drive.pitch": f"{p:.12g} deg"}).drive.pitch) for f in (2.0, 2.5) for p in pitches
+    }
     assert {(point["drive.frequency"], point["drive.pitch"]) for point in points} == expected
     assert len(points) == 22
     scenario = design.scenario(points[0])
@@ -82,7 +84,9 @@ def test_zipped_axes_move_together_and_cross_with_the_others():
         )
     )
     assert design.shape == {"case": 2, "distance": 3}
-    pairs = {(point["drive.frequency"], round(math.degrees(float(point["drive.pitch"])))) for point in all_points(design)}
+    pairs = {
+        (point["drive.frequency"], round(math.degrees(float(point["drive.pitch"])))) for point in all_points(design)
+    }
     assert pairs == {(2.0, 14), (3.0, 11)}
     with pytest.raises(InputError, match="as many values each; got 2 and 3"):
         resolve(

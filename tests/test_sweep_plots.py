@@ -42,10 +42,13 @@ def test_maps_colour_each_run_by_its_verdict_and_draw_the_boundary(tmp_path):
     cells = np.asarray(mesh.get_array())
     for outcome in (Outcome.FELL, Outcome.BOUNDED):
         colour = [int(COLOURS[outcome][i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
-        assert np.array_equal(np.all(np.isclose(cells[..., :3], colour), axis=-1), flags.T == outcome)
+        painted = np.all(np.isclose(cells[..., :3], colour), axis=-1)
+        assert np.array_equal(painted, outcome == flags.T)
     (path,) = contours[0].get_paths()
     low, high = path.vertices.min(axis=0), path.vertices.max(axis=0)
-    np.testing.assert_allclose(low, [2.0 + 1.5 / 8, 5.5], atol=1e-9)  # halfway from the last outside to the first inside
+    np.testing.assert_allclose(
+        low, [2.0 + 1.5 / 8, 5.5], atol=1e-9
+    )  # halfway from the last outside to the first inside
     np.testing.assert_allclose(high, [2.0 + 4.5 / 8, 14.5], atol=1e-9)
 
 
@@ -55,7 +58,10 @@ def test_three_axes_make_small_multiples(tmp_path):
 
 
 def test_interactive_pages_hold_every_run_and_need_nothing_from_elsewhere(tmp_path):
-    spread = [Axis(field="drive.frequency", start="2 Hz", stop="3 Hz"), Axis(field="drive.pitch", start="4 deg", stop="16 deg")]
+    spread = [
+        Axis(field="drive.frequency", start="2 Hz", stop="3 Hz"),
+        Axis(field="drive.pitch", start="4 deg", stop="16 deg"),
+    ]
     data = made(tmp_path, *spread, sample=Sampling(method="sobol", count=16))
     figure = interactive_sweep(data)
     points = np.concatenate([np.stack([trace.x, trace.y], axis=1) for trace in figure.data if trace.mode == "markers"])

@@ -1,7 +1,7 @@
 """The four trends that the paper reads from its Fig. 4 (section II-C), computed on the preset at 2, 2.5 and 3 Hz.
 
-Pitch and distance are swept about the preset's own inputs (150 mm, 12.7 deg, 1.8 deg/s); yaw rate at the pitch of least gain
-of its frequency, as in the paper's procedure. "Bounded" is the verdict, not a gain below one.
+Pitch and distance are swept about the preset's own inputs (150 mm, 12.7 deg, 1.8 deg/s); yaw rate at the pitch of least
+gain of its frequency, as in the paper's procedure. "Bounded" is the verdict, not a gain below one.
 """
 
 import math

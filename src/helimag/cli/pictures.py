@@ -63,11 +63,9 @@ def reproduce(
         Folder for the figure, the table and the runs.
     """
     from helimag import reproduce as book
-    from helimag.reproduce.fig4 import fig4
 
     with progress_bar(f"reproducing {what}") as progress:
-        compute = {"fig3": book.fig3, "fig4": fig4}[what]
-        result = compute(output, progress=progress)
+        result = book.fig3(output, progress=progress) if what == "fig3" else book.fig4(output, progress=progress)
     if json:
         print_json(result.rows)
     else:

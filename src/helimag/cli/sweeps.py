@@ -71,8 +71,9 @@ def _print_estimate(estimate: Any, json: bool) -> None:
         print_json({"runs": estimate.runs, "seconds": estimate.seconds, "bytes": estimate.bytes})
         return
     print(
-        f"{estimate.runs} runs; about {_clock(estimate.seconds)} on this machine and {estimate.bytes / 1e6:.1f} MB on disk, "
-        f"from a trial of {estimate.trial_runs} short runs ({estimate.trial_seconds:.2f} s); runs that end early take less"
+        f"{estimate.runs} runs; about {_clock(estimate.seconds)} on this machine and {estimate.bytes / 1e6:.1f} MB on "
+        f"disk, from a trial of {estimate.trial_runs} short runs ({estimate.trial_seconds:.2f} s); "
+        "runs that end early take less"
     )
 
 
@@ -135,7 +136,7 @@ def describe(line: Any, dataset: Any) -> str:
         return f"  no boundary found; patches smaller than {shown(line.gap)} may have been missed"
     return (
         f"  boundary at {len(line.points)} places, each known to +-({shown(line.median_error)}) in the median, "
-        f"+-({shown(line.largest_error)}) at worst; patches smaller than {shown(line.gap)} elsewhere may have been missed"
+        f"+-({shown(line.largest_error)}) at worst; patches smaller than {shown(line.gap)} elsewhere may be missed"
     )
 
 

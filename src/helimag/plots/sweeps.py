@@ -31,6 +31,7 @@ COLOURS = {
     Outcome.FAILED: GREY,
 }
 NAMES = {"yaw_rate": "yaw rate"}
+GAIN = "gain $\\gamma$"
 CURVES = 8  # more values of the first axis than this make a map instead of a curve each
 PANEL_HEIGHT = 50.0 * MM
 HIGHEST_GAIN = 2.0  # of the axis: what lies above has left the magnet anyway
@@ -110,7 +111,7 @@ def draw_curve(
         marker = "x" if outcome is Outcome.FAILED else "o"
         axes.scatter(values[here], height, s=5, color=COLOURS[outcome], marker=marker, linewidths=0.6, zorder=2)
     axes.axhline(1.0, color="black", linewidth=0.6, linestyle="--")
-    axes.set(xlabel=label_of(row, name), ylabel="gain γ", ylim=(0.0, 1.05 * top))
+    axes.set(xlabel=label_of(row, name), ylabel=GAIN, ylim=(0.0, 1.05 * top))
 
 
 def shade(axes: Axes, row: "xarray.Dataset", name: str, colour: str, span: tuple[float, float] = (0.0, 1.0)) -> None:
@@ -133,7 +134,9 @@ def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> None:
         axes.contour(_shown(part, x), _shown(part, y), inside, levels=[0.5], colors="black", linewidths=0.9)
     gain = part["gain"].transpose(dims[1], dims[0]).values
     if np.nanmin(gain) < 1.0 < np.nanmax(gain):
-        axes.contour(_shown(part, x), _shown(part, y), gain, levels=[1.0], colors="black", linewidths=0.6, linestyles="--")
+        axes.contour(
+            _shown(part, x), _shown(part, y), gain, levels=[1.0], colors="black", linewidths=0.6, linestyles="--"
+        )
     axes.set(xlabel=label_of(part, x), ylabel=label_of(part, y))
 
 
@@ -142,7 +145,8 @@ def _draw_points(axes: Axes, part: "xarray.Dataset", names: Sequence[str]) -> No
     flags = part["verdict"].values
     for outcome in Outcome:
         here = (flags == outcome) & (outcome != Outcome.NOT_COMPUTED)
-        axes.scatter(*(_shown(part, name)[here] for name in names), s=6, color=COLOURS[outcome], linewidths=0)
+        x, y = (_shown(part, name)[here] for name in names)
+        axes.scatter(x, y, s=6, color=COLOURS[outcome], linewidths=0)
     plan = parse_plan(part.attrs["plan"])
     if plan.boundary is not None:
         line = boundary_line(part, plan.boundary.verdict)
@@ -217,13 +221,17 @@ def interactive_sweep(dataset: "xarray.Dataset") -> Any:
         )
         for i in range(flags.size)
     ]
-    curve = len(names) == 1 or (len(names) == 2 and dataset["verdict"].ndim == 2 and dataset["verdict"].shape[0] <= CURVES)
+    curve = len(names) == 1 or (
+        len(names) == 2 and dataset["verdict"].ndim == 2 and dataset["verdict"].shape[0] <= CURVES
+    )
     figure = go.Figure()
     if curve and len(names) == 2:
         for value in np.unique(columns[names[0]]):
             row = columns[names[0]] == value
             title = f"{value:.4g} {_unit(dataset, names[0])}"
-            figure.add_scatter(x=columns[names[1]][row], y=gain[row], mode="lines", line={"width": 1}, name=title, hoverinfo="skip")
+            figure.add_scatter(
+                x=columns[names[1]][row], y=gain[row], mode="lines", line={"width": 1}, name=title, hoverinfo="skip"
+            )
     x, y = (columns[names[-1]], gain) if curve else (columns[names[0]], columns[names[1]])
     for outcome in Outcome:
         here = (flags == outcome) & (outcome != Outcome.NOT_COMPUTED)
@@ -239,7 +247,7 @@ def interactive_sweep(dataset: "xarray.Dataset") -> Any:
             )
     if curve:
         figure.add_hline(y=1.0, line={"dash": "dash", "width": 1})
-    label = "gain γ" if curve else label_of(dataset, names[1])
+    label = "gain" if curve else label_of(dataset, names[1])
     figure.update_layout(
         title=dataset.attrs["title"],
         xaxis_title=label_of(dataset, names[-1] if curve else names[0]),

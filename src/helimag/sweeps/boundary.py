@@ -1,10 +1,10 @@
 """Where the verdict changes, over two axes: which points to run next, and how well the boundary is known.
 
-The points run so far are joined to triangles (Delaunay). An edge between two runs that differ has the change somewhere on
-it, so its middle is worth a run, the longest edges first. Differing means: inside and outside of the wanted verdict; or,
-both outside, lost upwards and lost downwards, since a band of bounded runs between them can be narrower than any grid.
-Part of the runs goes to edges whose ends agree, the sooner the longer they are and the later their ends were lost, since
-that is where bands hide that no pair of runs straddles.
+The points run so far are joined to triangles (Delaunay). An edge between two runs that differ has the change somewhere
+on it, so its middle is worth a run, the longest edges first. Differing means: inside and outside of the wanted verdict;
+or, both outside, lost upwards and lost downwards, since a band of bounded runs between them can be narrower than any
+grid. Part of the runs goes to edges whose ends agree, the sooner the longer they are and the later their ends were
+lost, since that is where bands hide that no pair of runs straddles.
 """
 
 from dataclasses import dataclass
@@ -86,9 +86,9 @@ def _edges(points: Floats) -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class BoundaryLine:
-    """The boundary of a verdict: points (n, 2) in SI, each halfway between two runs that differ, half of that the error.
+    """The boundary of a verdict: points (n, 2) in SI halfway between two runs that differ, and half that way as error.
 
-    ``gap`` (2,) is the largest extent of an edge whose ends agree: a patch of its own, smaller than that, may be missed.
+    ``gap`` (2,) is the largest extent of an edge whose ends agree: a smaller patch of its own may be missed.
     """
 
     names: tuple[str, str]

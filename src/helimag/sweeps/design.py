@@ -28,7 +28,7 @@ SPEED = "drive.speed"
 
 @dataclass(frozen=True)
 class ResolvedAxis:
-    """An axis with its values in SI (or text), along one dimension of the sweep; no values where they are chosen later."""
+    """An axis with its values in SI (or text), along one dimension of the sweep; no values where chosen later."""
 
     field: str
     name: str

@@ -60,8 +60,8 @@ def check_whole(path: Path, attributes: dict[str, object]) -> None:
             file = grids[name][chunk]
             if not file.exists() or checksum(file) != int(expected):
                 raise FileError(
-                    f"{file} is {'damaged' if file.exists() else 'missing'}; remove {path / CHECKSUM / 'c' / str(chunk)} "
-                    "and run the sweep again: this chunk alone is computed anew"
+                    f"{file} is {'damaged' if file.exists() else 'missing'}; remove "
+                    f"{path / CHECKSUM / 'c' / str(chunk)} and run the sweep again: this chunk alone is computed anew"
                 )
 
 

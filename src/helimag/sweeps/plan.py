@@ -19,8 +19,8 @@ class Axis(_Part):
     """One field of the scenario and the values that it takes; every physical value is text with a unit.
 
     A list (``values``), a range (``start``, ``stop``, ``step``), a grid (``start``, ``stop``, ``count``), or, where the
-    plan samples, bounds only (``start``, ``stop``). Axes with the same ``zip`` name move together; all others are crossed.
-    ``drive.speed`` is the length of ``drive.velocity``, whose direction stays (x where it is zero).
+    plan samples, bounds only (``start``, ``stop``). Axes with the same ``zip`` name move together; all others are
+    crossed. ``drive.speed`` is the length of ``drive.velocity``, whose direction stays (x where it is zero).
     """
 
     field: str

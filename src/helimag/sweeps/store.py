@@ -93,8 +93,8 @@ class Store:
             self._arrays[name][where] = values
         except OSError as error:
             raise FileError(
-                f"{file} cannot be written: {error.strerror or error}; what was committed is unharmed: remove the cause "
-                "and run the same command again"
+                f"{file} cannot be written: {error.strerror or error}; what was committed is unharmed: remove the "
+                "cause and run the same command again"
             ) from None
 
     def _is_committed(self, chunk: int) -> bool:

@@ -1,9 +1,9 @@
 """Fig. 4 of the paper: gain over pitch, distance and yaw rate, frequency by frequency, wide and then fine.
 
 Section II-C: at each frequency the three inputs are swept in turn; the values of least gain are the inputs of the next
-frequency. Which runs may be chosen, and the ranges, the paper leaves open. Here only runs that are judged bounded may be
-chosen where there are any, since a run that still drifts has no gain for all future time; pitch and yaw rate span about what
-Section III states, and the distance lies about Fig. 3's.
+frequency. Which runs may be chosen, and the ranges, the paper leaves open. Here only runs that are judged bounded may
+be chosen where there are any, since a run that still drifts has no gain for all future time; pitch and yaw rate span
+about what Section III states, and the distance lies about Fig. 3's.
 """
 
 import json
@@ -180,7 +180,7 @@ def _texts(each: Input, **values: float) -> dict[str, str]:
 
 
 def _around(each: Input, wide: "xarray.Dataset") -> tuple[float, float]:
-    """The bounded set with a step to each side, or two steps about the least gain where nothing is bounded (shown unit)."""
+    """The bounded set and a step to each side, or two about the least gain where nothing is bounded (shown unit)."""
     values = wide[each.name].values / q.parse(f"1 {each.kind.shown}", each.kind)
     inside = values[wide["verdict"].values == Outcome.BOUNDED]
     margin = each.step
@@ -307,7 +307,7 @@ def _table(panels: Sequence[Panel]) -> str:
 
 
 def draw(panels: Sequence[Panel]) -> Any:
-    """Six panels, wide passes above, fine ones below: gain by frequency, gamma = 1, and where runs are judged bounded."""
+    """Six panels, wide passes above, fine below: gain by frequency, gamma = 1, and where runs are judged bounded."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
