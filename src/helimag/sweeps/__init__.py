@@ -5,7 +5,8 @@ from helimag.sweeps.compute import Outcome, Reason
 from helimag.sweeps.design import Design, resolve
 from helimag.sweeps.export import axis_names, counts, export, load_sweep
 from helimag.sweeps.plan import Axis, Boundary, Plan, Sampling, load_plan, parse_plan
-from helimag.sweeps.run import Estimate, Progress, estimate, sweep
+from helimag.sweeps.run import Progress, sweep
+from helimag.sweeps.trial import Estimate, estimate
 
 __all__ = [
     "Axis",

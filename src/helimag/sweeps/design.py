@@ -130,7 +130,8 @@ def resolve(plan: Plan) -> Design:
     if plan.sample is not None or plan.boundary is not None:
         size = plan.sample.count if plan.sample else plan.boundary.budget if plan.boundary else 0
         return Design(plan, base, _spread(plan, base, names), {"point": size})
-    axes, shape = [], {}
+    axes: list[ResolvedAxis] = []
+    shape: dict[str, int] = {}
     for axis, name in zip(plan.axis, names, strict=True):
         kind = kind_of(base, axis.field)
         values = _values(axis, kind)

@@ -2,8 +2,6 @@
 
 import csv
 import json
-import os
-import tempfile
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from helimag.errors import FileError, InputError
+from helimag.files import replacing
 from helimag.sweeps.compute import SCALARS, Outcome, Reason, label
-from helimag.sweeps.design import resolve
 from helimag.sweeps.plan import parse_plan
-from helimag.sweeps.store import CHECKSUM, attributes_of, checksum, chunk_file, variables
+from helimag.sweeps.store import CHECKSUM, attributes_of, checksum
 
 if TYPE_CHECKING:
     import xarray
@@ -22,6 +20,16 @@ if TYPE_CHECKING:
 
 def load_sweep(path: str | Path) -> "xarray.Dataset":
     """Open a sweep's store, finished or not; values are read when used.
+
+    Parameters
+    ----------
+    path
+        The store that :func:`helimag.sweep` wrote.
+
+    Returns
+    -------
+    xarray.Dataset
+        Labelled, SI (angles in radians).
 
     Raises
     ------
@@ -101,24 +109,11 @@ def export(dataset: "xarray.Dataset", path: str | Path) -> None:
     target = Path(path)
     if target.suffix not in (".nc", ".csv"):
         raise InputError(f"a sweep is exported to a file ending in .nc or .csv; got '{path}'")
-    try:
-        handle, beside = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
-    except OSError as error:
-        raise FileError(f"{path} cannot be written: {error.strerror}") from None
-    os.close(handle)
-    try:
+    with replacing(target) as beside:
         if target.suffix == ".csv":
-            _write_csv(dataset, Path(beside))
+            _write_csv(dataset, beside)
         else:
             dataset.drop_encoding().to_netcdf(beside, engine="h5netcdf")
-        mask = os.umask(0)
-        os.umask(mask)
-        Path(beside).chmod(0o666 & ~mask)
-        Path(beside).replace(target)
-    except OSError as error:
-        raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
-    finally:
-        Path(beside).unlink(missing_ok=True)
 
 
 def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
@@ -144,15 +139,3 @@ def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
 
 def _cell(value: float) -> str:
     return "" if np.isnan(value) else repr(float(value))
-
-
-def design_of(dataset: "xarray.Dataset") -> object:
-    """The design that a sweep was made from, its base scenario being the one that was stored."""
-    from helimag.scenario import parse
-
-    plan = parse_plan(dataset.attrs["plan"])
-    base = parse(dataset.attrs["scenario"])
-    return resolve(plan.model_copy(update={"base": base, "changes": {}}))
-
-
-__all__ = ["axis_names", "chunk_file", "counts", "design_of", "export", "load_sweep", "variables"]

@@ -1,11 +1,44 @@
-"""The SLURM recipe of the documentation makes the job script that SLURM needs."""
+"""The pages on sweeps run as written, and their SLURM recipe makes the job script that SLURM needs."""
 
+import contextlib
+import io
 import re
+import shlex
+import sys
 from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parent.parent / "docs" / "howto" / "sweep-on-a-cluster.md"
+from helimag.cli import main
+from helimag.sweeps import parse_plan, resolve
+
+PAGES = Path(__file__).parent.parent / "docs" / "howto"
+PAGE = PAGES / "sweep-on-a-cluster.md"
+
+
+def test_the_how_to_runs_as_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = re.findall(
+        r"^```(\w+)\n(.*?)^```", (PAGES / "sweep.md").read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    )
+    plans = [text for language, text in found if language == "toml"]
+    Path("pitch.toml").write_text(plans[0], encoding="utf-8")
+    (commands,) = [text for language, text in found if language == "console"]
+    for line in commands.splitlines():
+        monkeypatch.setattr(sys, "argv", shlex.split(line.removeprefix("$ ")))
+        main()
+    for name in ("pitch.zarr", "pitch.csv", "pitch.png", "pitch.html"):
+        assert Path(name).exists()
+    (code,), (shown,) = ([text for language, text in found if language == kind] for kind in ("python", "text"))
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(code, {})
+    assert out.getvalue() == shown
+    assert resolve(parse_plan(plans[2])).size == 224
+    sampled = (
+        plans[0].replace('values = ["2 Hz", "3 Hz"]', 'start = "2 Hz"\nstop = "3 Hz"').replace('step = "2 deg"', "")
+    )
+    assert resolve(parse_plan(sampled + plans[1])).size == 256
 
 
 @pytest.fixture
