@@ -16,6 +16,7 @@ PAGES = Path(__file__).parent.parent / "docs" / "howto"
 PAGE = PAGES / "sweep-on-a-cluster.md"
 
 
+@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell, on purpose
 def test_the_how_to_runs_as_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = re.findall(
