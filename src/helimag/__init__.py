@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from helimag.hydrodynamics import resistance
     from helimag.scenario import Scenario, load, preset_names
     from helimag.simulation import simulate, simulate_many
+    from helimag.sweeps import Plan, load_sweep, sweep
     from helimag.trajectory import Trajectory
 
 # public name -> module; imported on first use, so that "helimag --help" and "import helimag" stay instant
@@ -16,15 +17,18 @@ _HOMES = {
     "HelimagError": "errors",
     "InputError": "errors",
     "MissingExtra": "errors",
+    "Plan": "sweeps",
     "RunError": "errors",
     "Scenario": "scenario",
     "Trajectory": "trajectory",
     "Verdict": "gain",
     "load": "scenario",
+    "load_sweep": "sweeps",
     "preset_names": "scenario",
     "resistance": "hydrodynamics",
     "simulate": "simulation",
     "simulate_many": "simulation",
+    "sweep": "sweeps",
 }
 
 __all__ = list(_HOMES)

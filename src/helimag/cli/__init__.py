@@ -4,7 +4,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from helimag.cli import checks, pictures, runs
+from helimag.cli import checks, pictures, runs, sweeps
 from helimag.errors import HelimagError, RunError
 
 app = App(
@@ -16,6 +16,7 @@ app = App(
 COMMANDS = (
     runs.presets,
     runs.simulate,
+    sweeps.sweep,
     pictures.plot,
     pictures.reproduce,
     runs.resistance,

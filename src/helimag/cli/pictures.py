@@ -14,17 +14,22 @@ def plot(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     animate: Path | None = None,
 ) -> None:
-    """Draw a run's path and time series, or an animation.
+    """Draw a run's path and time series or an animation, or a sweep's gains and verdicts.
 
     Parameters
     ----------
     run
-        A trajectory file, such as simulate wrote with -o.
+        A trajectory file, such as simulate wrote with -o, or a sweep's store (.zarr).
     output
-        Figure to write: .png, .svg or .pdf. Default: the run's name with .png.
+        Figure to write: .png, .svg or .pdf, of a sweep also .html. Default: the run's name with .png.
     animate
         Film to write instead: .mp4.
     """
+    if run.suffix == ".zarr":
+        from helimag.cli.sweeps import plot_sweep
+
+        plot_sweep(run, output)
+        return
     target = output or (run.with_suffix(".png") if animate is None else None)
     for path in (target, animate):
         if path is not None:
@@ -43,7 +48,7 @@ def plot(
 
 
 def reproduce(
-    what: Literal["fig3"],
+    what: Literal["fig3", "fig4"],
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path(),
     json: Json = False,
@@ -60,7 +65,7 @@ def reproduce(
     from helimag import reproduce as book
 
     with progress_bar(f"reproducing {what}") as progress:
-        result = book.fig3(output, progress=progress)
+        result = book.fig3(output, progress=progress) if what == "fig3" else book.fig4(output, progress=progress)
     if json:
         print_json(result.rows)
     else:

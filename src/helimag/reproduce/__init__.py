@@ -1,5 +1,6 @@
 """Figures and tables of the paper, computed and set beside what was published."""
 
 from helimag.reproduce._fig3 import Reproduction, fig3
+from helimag.reproduce._fig4 import fig4
 
-__all__ = ["Reproduction", "fig3"]
+__all__ = ["Reproduction", "fig3", "fig4"]

@@ -1,0 +1,274 @@
+"""Figures of sweeps: gain curves, maps of the verdict with its boundary, small multiples; on paper and interactive."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from helimag import quantities as q
+from helimag.errors import InputError, MissingExtra
+from helimag.files import replacing
+from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, PURPLE, SKY, VERMILLION, styled
+from helimag.sweeps import Outcome, axis_names, boundary_line, parse_plan
+
+if TYPE_CHECKING:
+    import xarray
+
+Floats = NDArray[np.float64]
+
+COLOURS = {
+    Outcome.NOT_COMPUTED: "#FFFFFF",
+    Outcome.BOUNDED: BLUE,
+    Outcome.DRIFTING: SKY,
+    Outcome.ATTRACTED: VERMILLION,
+    Outcome.FELL: ORANGE,
+    Outcome.WALL_LIMITED: PURPLE,
+    Outcome.FAILED: GREY,
+}
+NAMES = {"yaw_rate": "yaw rate"}
+GAIN = "gain $\\gamma$"
+CURVES = 8  # more values of the first axis than this make a map instead of a curve each
+PANEL_HEIGHT = 50.0 * MM
+HIGHEST_GAIN = 2.0  # of the axis: what lies above has left the magnet anyway
+
+
+def draw_sweep(dataset: "xarray.Dataset") -> Figure:
+    """Draw a sweep: one axis as a curve, two as curves or a map, more as one small panel for each value of the others.
+
+    Parameters
+    ----------
+    dataset
+        As :func:`helimag.sweep` gives it.
+
+    Raises
+    ------
+    InputError
+        Where no run has been computed.
+    """
+    if not np.any(dataset["verdict"].values):
+        raise InputError("there is nothing to draw: no run of this sweep has been computed")
+    panels = list(_panels(dataset))
+    columns = min(3, len(panels))
+    rows = -(-len(panels) // columns)
+    with styled():
+        figure = Figure(figsize=(FULL_WIDTH * max(columns, 2) / 3, PANEL_HEIGHT * rows + 12 * MM), layout="constrained")
+        for place, (title, part) in enumerate(panels):
+            axes = figure.add_subplot(rows, columns, place + 1)
+            axes.set_title(title)
+            _draw_panel(axes, part)
+        figure.legend(handles=legend(dataset["verdict"].values), loc="outside lower center", ncols=7)
+    return figure
+
+
+def _panels(dataset: "xarray.Dataset") -> Iterator[tuple[str, "xarray.Dataset"]]:
+    """Two dimensions at most in each panel."""
+    dims = dataset["verdict"].dims
+    outer = [str(dim) for dim in dims[:-2]]
+    for index in np.ndindex(*(dataset.sizes[dim] for dim in outer)):
+        part = dataset.isel(dict(zip(outer, index, strict=True)))
+        title = ", ".join(
+            f"{NAMES.get(dim, dim)} {_shown(part, dim):.4g} {_unit(part, dim)}" for dim in outer if dim in part.coords
+        )
+        yield title, part
+
+
+def _draw_panel(axes: Axes, part: "xarray.Dataset") -> None:
+    dims = [str(dim) for dim in part["verdict"].dims]
+    names = [name for name in axis_names(part) if part[name].ndim == 1]
+    if dims == ["point"] and len(names) >= 2:
+        _draw_points(axes, part, names[:2])
+    elif len(dims) == 1:
+        draw_curve(axes, part, names[0], label=None)
+    elif part.sizes[dims[0]] <= CURVES:
+        for i in range(part.sizes[dims[0]]):
+            row = part.isel({dims[0]: i})
+            label = f"{_shown(row, dims[0]):.4g} {_unit(row, dims[0])}" if dims[0] in row.coords else str(i)
+            draw_curve(axes, row, _along(row, dims[1]), label=label, colour=f"C{i}")
+        axes.legend()
+    else:
+        _draw_map(axes, part, _along(part, dims[0]), _along(part, dims[1]))
+
+
+def _along(part: "xarray.Dataset", dim: str) -> str:
+    """The coordinate to draw along a dimension."""
+    return dim if dim in part.coords else next(name for name in axis_names(part) if part[name].dims == (dim,))
+
+
+def draw_curve(
+    axes: Axes, row: "xarray.Dataset", name: str, *, label: str | None, colour: str = "black", top: float = HIGHEST_GAIN
+) -> None:
+    """Gain along one axis, each run marked by its verdict; gamma = 1 as a line."""
+    values, gain, flags = _shown(row, name), row["gain"].values, row["verdict"].values
+    axes.plot(values, np.minimum(gain, top), color=colour, linewidth=0.6, label=label, zorder=1)
+    for outcome in Outcome:
+        here = (flags == outcome) & (outcome != Outcome.NOT_COMPUTED)
+        height = np.where(np.isnan(gain[here]), top, np.minimum(gain[here], top))
+        marker = "x" if outcome is Outcome.FAILED else "o"
+        axes.scatter(values[here], height, s=5, color=COLOURS[outcome], marker=marker, linewidths=0.6, zorder=2)
+    axes.axhline(1.0, color="black", linewidth=0.6, linestyle="--")
+    axes.set(xlabel=label_of(row, name), ylabel=GAIN, ylim=(0.0, 1.05 * top))
+
+
+def shade(axes: Axes, row: "xarray.Dataset", name: str, colour: str, span: tuple[float, float] = (0.0, 1.0)) -> None:
+    """Shade where runs are judged bounded, half a step to each side, over a part of the height."""
+    values = _shown(row, name)
+    middles = (values[1:] + values[:-1]) / 2.0
+    edges = np.concatenate([values[:1], middles, values[-1:]])
+    for i in np.flatnonzero(row["verdict"].values == Outcome.BOUNDED):
+        axes.axvspan(edges[i], edges[i + 1], *span, color=colour, alpha=0.3, linewidth=0)
+
+
+def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> None:
+    """Verdicts as coloured cells with the gain's contours and the boundary of what is bounded."""
+    dims = part["verdict"].dims
+    flags = part["verdict"].transpose(dims[1], dims[0]).values
+    colours = np.array([[int(COLOURS[o][i : i + 2], 16) for i in (1, 3, 5)] for o in Outcome]) / 255.0
+    axes.pcolormesh(_shown(part, x), _shown(part, y), colours[flags], shading="nearest", alpha=0.55, linewidth=0)
+    inside = (flags == Outcome.BOUNDED).astype(float)
+    if 0.0 < inside.mean() < 1.0:
+        axes.contour(_shown(part, x), _shown(part, y), inside, levels=[0.5], colors="black", linewidths=0.9)
+    gain = part["gain"].transpose(dims[1], dims[0]).values
+    if np.nanmin(gain) < 1.0 < np.nanmax(gain):
+        axes.contour(
+            _shown(part, x), _shown(part, y), gain, levels=[1.0], colors="black", linewidths=0.6, linestyles="--"
+        )
+    axes.set(xlabel=label_of(part, x), ylabel=label_of(part, y))
+
+
+def _draw_points(axes: Axes, part: "xarray.Dataset", names: Sequence[str]) -> None:
+    """Runs at points of a plane, with the boundary and its error bars where the plan looked for one."""
+    flags = part["verdict"].values
+    for outcome in Outcome:
+        here = (flags == outcome) & (outcome != Outcome.NOT_COMPUTED)
+        x, y = (_shown(part, name)[here] for name in names)
+        axes.scatter(x, y, s=6, color=COLOURS[outcome], linewidths=0)
+    plan = parse_plan(part.attrs["plan"])
+    if plan.boundary is not None:
+        line = boundary_line(part, plan.boundary.verdict)
+        scale = [_scale(part, name) for name in names]
+        error = [line.error[:, i] / scale[i] for i in (0, 1)]
+        axes.errorbar(
+            line.points[:, 0] / scale[0], line.points[:, 1] / scale[1], error[1], error[0], "k.", ms=2, lw=0.5, zorder=3
+        )
+    axes.set(xlabel=label_of(part, names[0]), ylabel=label_of(part, names[1]))
+
+
+def legend(flags: NDArray[np.int8]) -> list[Patch]:
+    """A coloured patch for each verdict that occurs."""
+    return [
+        Patch(color=COLOURS[outcome], label=_word(outcome))
+        for outcome in Outcome
+        if outcome != Outcome.NOT_COMPUTED and np.any(flags == outcome)
+    ]
+
+
+def _word(outcome: Outcome) -> str:
+    return outcome.name.lower().replace("_", "-")
+
+
+def _scale(dataset: "xarray.Dataset", name: str) -> float:
+    """What one of the units that a coordinate is shown in is in SI."""
+    unit = dataset[name].attrs.get("shown_in", "1")
+    kind = next((kind for kind in vars(q).values() if isinstance(kind, q.Kind) and kind.shown == unit), None)
+    return 1.0 if kind is None else q.parse(f"1 {unit}", kind)
+
+
+def _shown(dataset: "xarray.Dataset", name: str) -> Any:
+    return dataset[name].values / _scale(dataset, name)
+
+
+def _unit(dataset: "xarray.Dataset", name: str) -> str:
+    unit = str(dataset[name].attrs.get("shown_in", "1"))
+    return {"deg": "°", "deg/s": "°/s", "1": ""}.get(unit, unit)
+
+
+def label_of(dataset: "xarray.Dataset", name: str) -> str:
+    """An axis' label: name and unit."""
+    unit = _unit(dataset, name)
+    return f"{NAMES.get(name, name.replace('_', ' '))}{f' ({unit})' if unit else ''}"
+
+
+def interactive_sweep(dataset: "xarray.Dataset") -> Any:
+    """The same as a plotly figure: every run with its inputs, gain, verdict and reason on hovering over it.
+
+    Raises
+    ------
+    InputError
+        Where no run has been computed.
+    MissingExtra
+        Where plotly is not installed.
+    """
+    try:
+        import plotly.graph_objects as go
+    except ImportError:
+        raise MissingExtra("interactive figures need plotly: pip install 'helimag[sweeps]'") from None
+    flags = dataset["verdict"].values.ravel()
+    if not np.any(flags):
+        raise InputError("there is nothing to draw: no run of this sweep has been computed")
+    names = axis_names(dataset)
+    columns = {name: _column(dataset, name) for name in names}
+    gain, reasons = dataset["gain"].values.ravel(), dataset["reason"].values.ravel()
+    words = dataset["reason"].attrs["flag_meanings"].split()
+    text = [
+        "<br>".join(
+            [f"{label_of(dataset, name)}: {columns[name][i]:.5g}" for name in names]
+            + [f"gain {gain[i]:.4g}", f"{_word(Outcome(flags[i]))}, {words[reasons[i]]}"]
+        )
+        for i in range(flags.size)
+    ]
+    curve = len(names) == 1 or (
+        len(names) == 2 and dataset["verdict"].ndim == 2 and dataset["verdict"].shape[0] <= CURVES
+    )
+    figure = go.Figure()
+    if curve and len(names) == 2:
+        for value in np.unique(columns[names[0]]):
+            row = columns[names[0]] == value
+            title = f"{value:.4g} {_unit(dataset, names[0])}"
+            figure.add_scatter(
+                x=columns[names[1]][row], y=gain[row], mode="lines", line={"width": 1}, name=title, hoverinfo="skip"
+            )
+    x, y = (columns[names[-1]], gain) if curve else (columns[names[0]], columns[names[1]])
+    for outcome in Outcome:
+        here = (flags == outcome) & (outcome != Outcome.NOT_COMPUTED)
+        if np.any(here):
+            figure.add_scatter(
+                x=x[here],
+                y=y[here],
+                mode="markers",
+                marker={"color": COLOURS[outcome], "size": 7},
+                name=_word(outcome),
+                text=np.array(text)[here],
+                hoverinfo="text",
+            )
+    if curve:
+        figure.add_hline(y=1.0, line={"dash": "dash", "width": 1})
+    label = "gain" if curve else label_of(dataset, names[1])
+    figure.update_layout(
+        title=dataset.attrs["title"],
+        xaxis_title=label_of(dataset, names[-1] if curve else names[0]),
+        yaxis_title=label,
+        template="plotly_white",
+    )
+    return figure
+
+
+def _column(dataset: "xarray.Dataset", name: str) -> Any:
+    flat = dataset[name].broadcast_like(dataset["verdict"]).transpose(*dataset["verdict"].dims).values.ravel()
+    return flat / _scale(dataset, name)
+
+
+def save_html(figure: Any, path: str | Path) -> None:
+    """Write an interactive figure as one file that needs nothing from elsewhere.
+
+    Raises
+    ------
+    FileError
+        Where it cannot be written; nothing is left behind.
+    """
+    with replacing(path) as beside:
+        beside.write_text(figure.to_html(include_plotlyjs=True, full_html=True, div_id="sweep"), encoding="utf-8")

@@ -1,0 +1,337 @@
+"""Fig. 4 of the paper: gain over pitch, distance and yaw rate, frequency by frequency, wide and then fine.
+
+Section II-C: at each frequency the three inputs are swept in turn; the values of least gain are the inputs of the next
+frequency. Which runs may be chosen, and the ranges, the paper leaves open. Here only runs that are judged bounded may
+be chosen where there are any, since a run that still drifts has no gain for all future time; pitch and yaw rate span
+about what Section III states, and the distance lies about Fig. 3's.
+"""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from helimag import quantities as q
+from helimag.errors import FileError
+from helimag.sweeps import Axis, Outcome, Plan, Progress, sweep
+
+if TYPE_CHECKING:
+    import xarray
+
+BASE = "paper/fig3c"
+FREQUENCIES = (2.0, 2.25, 2.5, 2.75, 3.0, 3.3)  # Hz
+FINE_RUNS = 81
+
+
+@dataclass(frozen=True)
+class Input:
+    """One of the three inputs: its field, kind, and the wide pass in the unit that it is shown in."""
+
+    field: str
+    kind: q.Kind
+    start: float
+    stop: float
+    step: float
+
+    @property
+    def name(self) -> str:
+        """Name of its coordinate."""
+        return self.field.removeprefix("drive.")
+
+
+INPUTS = (
+    Input("drive.pitch", q.ANGLE, 0.0, 24.0, 1.0),
+    Input("drive.distance", q.LENGTH, 130.0, 170.0, 2.0),
+    Input("drive.yaw_rate", q.ANGULAR_RATE, 0.2, 2.0, 0.1),
+)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The two passes over one input at one frequency, what the others were, and what came of it (SI)."""
+
+    frequency: float
+    input: Input
+    others: Mapping[str, float]
+    wide: "xarray.Dataset"
+    fine: "xarray.Dataset"
+
+    @property
+    def best(self) -> float:
+        """Value of least gain, among bounded runs where there are any."""
+        values, gain, flags = self._joined()
+        allowed = flags == Outcome.BOUNDED if np.any(flags == Outcome.BOUNDED) else ~np.isnan(gain)
+        return float(values[allowed][np.argmin(gain[allowed])])
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """One line of the table: the bounded set and the least gain."""
+        values, gain, flags = self._joined()
+        fine = self.fine["verdict"].values == Outcome.BOUNDED
+        inside = values[flags == Outcome.BOUNDED]
+        at = int(np.argmin(np.abs(values - self.best)))
+        step = float(np.diff(self.fine[self.input.name].values).mean())
+        return {
+            "frequency_hz": self.frequency,
+            "input": self.input.name,
+            "unit": self.input.kind.si,
+            "bounded_from": float(inside.min()) if inside.size else None,
+            "bounded_to": float(inside.max()) if inside.size else None,
+            "bounded_extent": float(fine.sum()) * step,
+            "gain_below_one": int(np.sum(gain < 1.0)),
+            "runs": int(gain.size),
+            "best": self.best,
+            "least_gain": float(gain[at]),
+            "best_is_bounded": bool(flags[at] == Outcome.BOUNDED),
+            **{f"at_{name.removeprefix('drive.')}": value for name, value in self.others.items()},
+        }
+
+    def _joined(self) -> tuple[Any, Any, Any]:
+        parts = [
+            np.concatenate([data[name].values for data in (self.wide, self.fine)])
+            for name in (self.input.name, "gain", "verdict")
+        ]
+        return parts[0], parts[1], parts[2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fig4:
+    """The paper's Fig. 4: rows for machines, the same as a table for people, and the files written."""
+
+    rows: list[dict[str, Any]]
+    trends: list[dict[str, Any]]
+    text: str
+    files: tuple[Path, ...]
+
+
+def characterize(
+    folder: Path,
+    *,
+    frequencies: Sequence[float] = FREQUENCIES,
+    inputs: Sequence[Input] = INPUTS,
+    fine_runs: int = FINE_RUNS,
+    duration: str = "1800 s",
+    progress: Callable[[float], None] | None = None,
+) -> list[Panel]:
+    """Section II-C's procedure; each pass is a sweep with a store of its own in the folder, so that it can be resumed.
+
+    Parameters
+    ----------
+    frequencies
+        In the order in which each hands its values of least gain to the next (Hz).
+    fine_runs
+        Runs of each fine pass.
+    progress
+        Called with the fraction done.
+    """
+    from helimag.scenario import load
+
+    drive = load(BASE).drive
+    held = {each.field: float(getattr(drive, each.name)) for each in inputs}
+    total = len(frequencies) * sum(fine_runs + round((each.stop - each.start) / each.step) + 1 for each in inputs)
+    done = 0
+
+    def report(state: Progress) -> None:
+        if progress is not None:
+            progress((done + state.worked) / total)
+
+    panels: list[Panel] = []
+    for frequency in frequencies:
+        for each in inputs:
+            others = {field: value for field, value in held.items() if field != each.field}
+            wide_axis = Axis(field=each.field, **_texts(each, start=each.start, stop=each.stop, step=each.step))
+            wide = _pass(folder, frequency, others, wide_axis, "wide", duration, report)
+            done += wide["verdict"].size
+            low, high = _around(each, wide)
+            fine_axis = Axis(field=each.field, count=fine_runs, **_texts(each, start=low, stop=high))
+            fine = _pass(folder, frequency, others, fine_axis, "fine", duration, report)
+            done += fine["verdict"].size
+            panels.append(Panel(frequency, each, others, wide, fine))
+            held[each.field] = panels[-1].best
+    return panels
+
+
+def _pass(
+    folder: Path,
+    frequency: float,
+    others: Mapping[str, float],
+    axis: Axis,
+    resolution: str,
+    duration: str,
+    progress: Callable[[Progress], None],
+) -> "xarray.Dataset":
+    """One sweep over one input."""
+    name = f"{frequency:g}Hz-{axis.field.removeprefix('drive.')}-{resolution}"
+    plan = Plan(
+        name=name,
+        base=BASE,
+        duration=duration,
+        changes={"drive.frequency": frequency, **others},
+        axis=(axis,),
+    )
+    return sweep(plan, out=folder / f"{name}.zarr", progress=progress).load()
+
+
+def _texts(each: Input, **values: float) -> dict[str, str]:
+    return {name: f"{value:.12g} {each.kind.shown}" for name, value in values.items()}
+
+
+def _around(each: Input, wide: "xarray.Dataset") -> tuple[float, float]:
+    """The bounded set and a step to each side, or two about the least gain where nothing is bounded (shown unit)."""
+    values = wide[each.name].values / q.parse(f"1 {each.kind.shown}", each.kind)
+    inside = values[wide["verdict"].values == Outcome.BOUNDED]
+    margin = each.step
+    if inside.size == 0:
+        gain = wide["gain"].values
+        inside, margin = values[[int(np.nanargmin(gain))]], 2.0 * each.step
+    return max(float(inside.min()) - margin, each.start), min(float(inside.max()) + margin, each.stop)
+
+
+def fig4(
+    folder: str | Path,
+    *,
+    frequencies: Sequence[float] = FREQUENCIES,
+    inputs: Sequence[Input] = INPUTS,
+    fine_runs: int = FINE_RUNS,
+    duration: str = "1800 s",
+    progress: Callable[[float], None] | None = None,
+) -> Fig4:
+    """Compute the paper's Fig. 4 and write figure, table and stores into a folder; interrupted, it goes on there.
+
+    Parameters
+    ----------
+    folder
+        For fig4.png, .svg, .pdf, .csv, .json and the sweeps' stores; made where it does not exist.
+    frequencies, inputs, fine_runs, duration, progress
+        As for :func:`characterize`.
+
+    Raises
+    ------
+    MissingExtra
+        Where matplotlib or zarr is not installed.
+    FileError
+        Where the folder or a file cannot be written.
+    """
+    from helimag import plots
+    from helimag.files import replacing
+
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{folder} cannot be made: {error.strerror}") from None
+    panels = characterize(
+        target / "fig4-sweeps",
+        frequencies=frequencies,
+        inputs=inputs,
+        fine_runs=fine_runs,
+        duration=duration,
+        progress=progress,
+    )
+    rows = [panel.row for panel in panels]
+    found = trends(rows)
+    figure = draw(panels)
+    files = [target / f"fig4.{suffix}" for suffix in ("png", "svg", "pdf", "csv", "json")]
+    for path in files[:3]:
+        plots.save(figure, path)
+    with replacing(files[3]) as beside:
+        beside.write_text(_csv(rows), encoding="utf-8")
+    with replacing(files[4]) as beside:
+        beside.write_text(json.dumps({"panels": rows, "trends": found}, indent=2) + "\n", encoding="utf-8")
+    return Fig4(rows=rows, trends=found, text=_table(panels) + "\n\n" + _trend_table(found), files=tuple(files))
+
+
+def trends(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """What section II-C reads from the figure, checked on the rows from each frequency to the next higher one."""
+    frequencies = sorted({row["frequency_hz"] for row in rows})
+
+    def values(name: str, quantity: str) -> list[float | None]:
+        found = {row["frequency_hz"]: row[quantity] for row in rows if row["input"] == name}
+        return [found.get(frequency) for frequency in frequencies]
+
+    least = [min(row["least_gain"] for row in rows if row["frequency_hz"] == frequency) for frequency in frequencies]
+    claims = (
+        ("the bounded pitch falls (highest, rad)", values("pitch", "bounded_to"), -1.0),
+        ("the bounded range of pitch narrows (rad)", values("pitch", "bounded_extent"), -1.0),
+        ("the bounded range of distance narrows (m)", values("distance", "bounded_extent"), -1.0),
+        ("the least gain rises", least, 1.0),
+        ("the least bounded yaw rate rises (rad/s)", values("yaw_rate", "bounded_from"), 1.0),
+    )
+    return [
+        {"published": claim, "frequencies_hz": frequencies, "computed": numbers, "holds": _moves(numbers, sign)}
+        for claim, numbers, sign in claims
+        if any(number is not None for number in numbers)
+    ]
+
+
+def _moves(numbers: Sequence[float | None], sign: float) -> bool:
+    """Whether each number is beyond the one before."""
+    known = np.array([np.nan if number is None else number for number in numbers])
+    return bool(np.all(sign * np.diff(known) > 0.0))
+
+
+def _trend_table(found: Sequence[Mapping[str, Any]]) -> str:
+    lines = ["As frequency rises, at each step of this procedure:"]
+    for trend in found:
+        numbers = ", ".join("-" if number is None else f"{number:.4g}" for number in trend["computed"])
+        lines.append(f"  {trend['published']}: {'holds' if trend['holds'] else 'does NOT hold'}  ({numbers})")
+    return "\n".join(lines)
+
+
+def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    lines = [",".join(columns)]
+    lines += [",".join("" if row.get(key) is None else str(row[key]) for key in columns) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _table(panels: Sequence[Panel]) -> str:
+    """One line a panel, in the units that people use."""
+    lines = ["   Hz  input       bounded (fine pass: from .. to, extent)    least gain  at"]
+    for panel in panels:
+        row, kind = panel.row, panel.input.kind
+        one = q.parse(f"1 {kind.shown}", kind)
+        found = "none"
+        if row["bounded_from"] is not None:
+            low, high, extent = (row[key] / one for key in ("bounded_from", "bounded_to", "bounded_extent"))
+            found = f"{low:.2f} .. {high:.2f} {kind.shown}, {extent:.2f}"
+        mark = "" if row["best_is_bounded"] else "  (not bounded)"
+        lines.append(
+            f"{panel.frequency:5.2f}  {panel.input.name:10s}  {found:42s}  {row['least_gain']:9.3f}  "
+            f"{row['best'] / one:.2f} {kind.shown}{mark}"
+        )
+    return "\n".join(lines)
+
+
+def draw(panels: Sequence[Panel]) -> Any:
+    """Six panels, wide passes above, fine below: gain by frequency, gamma = 1, and where runs are judged bounded."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+    from helimag.plots._style import FULL_WIDTH, MM, styled
+    from helimag.plots.sweeps import draw_curve, label_of, legend, shade
+
+    frequencies = list(dict.fromkeys(panel.frequency for panel in panels))
+    names = list(dict.fromkeys(panel.input.name for panel in panels))
+    with styled():
+        figure = Figure(figsize=(FULL_WIDTH, 115 * MM), layout="constrained")
+        axes = figure.subplots(2, len(names), squeeze=False)
+        colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.85, len(frequencies)))
+        for panel in panels:
+            column, i = names.index(panel.input.name), frequencies.index(panel.frequency)
+            strip = (1.0 - (i + 1) / (5 * len(frequencies)), 1.0 - i / (5 * len(frequencies)))
+            for here, data, top in zip(axes[:, column], (panel.wide, panel.fine), (2.0, 1.25), strict=True):
+                draw_curve(here, data, panel.input.name, label=None, colour=colours[i], top=top)
+                shade(here, data, panel.input.name, colours[i], strip)
+                here.set(ylim=(0.0, top * 1.3), xlabel=label_of(data, panel.input.name))
+        for column, letter in zip(range(len(names)), "ABC", strict=False):
+            axes[0][column].set_title(f"({letter})", loc="left")
+        flags = np.concatenate([data["verdict"].values for panel in panels for data in (panel.wide, panel.fine)])
+        lines = [Line2D([], [], color=c, label=f"{f:g} Hz") for f, c in zip(frequencies, colours, strict=True)]
+        figure.legend(handles=lines + legend(flags), loc="outside lower center", ncols=len(lines))
+        figure.suptitle("wide pass above, fine pass below; strips: judged bounded", fontsize=7)
+    return figure

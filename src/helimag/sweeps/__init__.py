@@ -1,0 +1,32 @@
+"""Sweeps: many runs by plan, a store that survives interruption, threads or a cluster, a verdict's boundary."""
+
+from helimag.sweeps.boundary import BoundaryLine, boundary_line
+from helimag.sweeps.compute import Outcome, Reason
+from helimag.sweeps.design import Design, resolve
+from helimag.sweeps.export import axis_names, counts, export, load_sweep
+from helimag.sweeps.plan import Axis, Boundary, Plan, Sampling, load_plan, parse_plan
+from helimag.sweeps.run import Progress, sweep
+from helimag.sweeps.trial import Estimate, estimate
+
+__all__ = [
+    "Axis",
+    "Boundary",
+    "BoundaryLine",
+    "Design",
+    "Estimate",
+    "Outcome",
+    "Plan",
+    "Progress",
+    "Reason",
+    "Sampling",
+    "axis_names",
+    "boundary_line",
+    "counts",
+    "estimate",
+    "export",
+    "load_plan",
+    "load_sweep",
+    "parse_plan",
+    "resolve",
+    "sweep",
+]

@@ -1,0 +1,141 @@
+"""Reading a sweep's store back, and writing it as netCDF or CSV."""
+
+import csv
+import json
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from helimag.errors import FileError, InputError
+from helimag.files import replacing
+from helimag.sweeps.compute import SCALARS, Outcome, Reason, label
+from helimag.sweeps.plan import parse_plan
+from helimag.sweeps.store import CHECKSUM, attributes_of, checksum
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def load_sweep(path: str | Path) -> "xarray.Dataset":
+    """Open a sweep's store, finished or not; values are read when used.
+
+    Parameters
+    ----------
+    path
+        The store that :func:`helimag.sweep` wrote.
+
+    Returns
+    -------
+    xarray.Dataset
+        Labelled, SI (angles in radians).
+
+    Raises
+    ------
+    FileError
+        Where it cannot be read or a chunk is damaged; the message names the file.
+    """
+    import xarray
+
+    place = Path(path)
+    attributes = attributes_of(place)
+    check_whole(place, attributes)
+    try:
+        opened = xarray.open_dataset(place, engine="zarr", consolidated=False, decode_timedelta=False)
+    except (OSError, ValueError, KeyError) as error:
+        raise FileError(f"{place} is damaged: {error}") from None
+    opened = opened.drop_vars(CHECKSUM)
+    chosen = [name for name in opened.data_vars if "shown_in" in opened[name].attrs]
+    return opened.set_coords(chosen)
+
+
+def check_whole(path: Path, attributes: dict[str, object]) -> None:
+    """Compare the committed chunks with their checksums; raises FileError naming the file that does not fit."""
+    import zarr
+
+    try:
+        sums = np.asarray(zarr.open_array(path / CHECKSUM, mode="r")[:])
+    except (OSError, ValueError, RuntimeError) as error:
+        raise FileError(f"{path / CHECKSUM} is damaged: {error}") from None
+    names = str(attributes["checksum_files"]).split()
+    for name in names:
+        if not (path / name / "zarr.json").exists():
+            raise FileError(f"{path / name / 'zarr.json'} is missing")
+    grids = {name: _chunk_files(path / name, len(sums)) for name in names}
+    for chunk in np.flatnonzero(sums.any(axis=1)):
+        for name, expected in zip(names, sums[chunk], strict=True):
+            file = grids[name][chunk]
+            if not file.exists() or checksum(file) != int(expected):
+                raise FileError(
+                    f"{file} is {'damaged' if file.exists() else 'missing'}; remove "
+                    f"{path / CHECKSUM / 'c' / str(chunk)} and run the sweep again: this chunk alone is computed anew"
+                )
+
+
+def _chunk_files(array: Path, count: int) -> list[Path]:
+    """Files of an array's chunks, in the order of the sweep's chunks."""
+    form = json.loads((array / "zarr.json").read_text(encoding="utf-8"))
+    steps = [
+        -(-n // size) for n, size in zip(form["shape"], form["chunk_grid"]["configuration"]["chunk_shape"], strict=True)
+    ]
+    return [array.joinpath("c", *map(str, index)) for index in np.ndindex(*steps)][:count]
+
+
+def axis_names(dataset: "xarray.Dataset") -> list[str]:
+    """Names of the coordinates that a sweep runs through, in the plan's order."""
+    along = set(dataset["verdict"].dims)
+    names = [str(n) for n, c in dataset.coords.items() if c.dims and set(c.dims) <= along and c.attrs.get("long_name")]
+    order = [line.field for line in parse_plan(dataset.attrs["plan"]).axis]
+    return sorted(names, key=lambda name: order.index(dataset[name].attrs["long_name"]))
+
+
+def counts(dataset: "xarray.Dataset") -> dict[str, int]:
+    """How many runs of each verdict, what failed and what is missing included."""
+    found = Counter(dataset["verdict"].values.ravel().tolist())
+    return {label(outcome): found[outcome] for outcome in Outcome if found[outcome]}
+
+
+def export(dataset: "xarray.Dataset", path: str | Path) -> None:
+    """Write a sweep as ``.nc`` (netCDF) or ``.csv`` (one line a run, SI, angles in radians).
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be written; nothing is left behind.
+    InputError
+        Where the name says neither.
+    """
+    target = Path(path)
+    if target.suffix not in (".nc", ".csv"):
+        raise InputError(f"a sweep is exported to a file ending in .nc or .csv; got '{path}'")
+    with replacing(target) as beside:
+        if target.suffix == ".csv":
+            _write_csv(dataset, beside)
+        else:
+            dataset.drop_encoding().to_netcdf(beside, engine="h5netcdf")
+
+
+def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
+    """One line a computed run: axes, verdict and reason as words, scalars, the scenario's hash."""
+    axes = axis_names(dataset)
+    shape = dataset["verdict"]
+    columns = {name: dataset[name].broadcast_like(shape).transpose(*shape.dims).values.ravel() for name in axes}
+    columns |= {name: dataset[name].values.ravel() for name in SCALARS}
+    words = {
+        name: dataset[name].attrs["flag_meanings"].split() for name in axes if "flag_meanings" in dataset[name].attrs
+    }
+    flags, reasons = shape.values.ravel(), dataset["reason"].values.ravel()
+    hashes = dataset["scenario_hash"].values.reshape(flags.size, -1)
+    units = {name: dataset[name].attrs.get("units", "1") for name in columns}
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*(f"{name} ({units[name]})" for name in columns), "verdict", "reason", "scenario_hash"])
+        for i in np.flatnonzero(flags != Outcome.NOT_COMPUTED):
+            cells = [words[name][values[i]] if name in words else _cell(values[i]) for name, values in columns.items()]
+            found = [label(Outcome(flags[i])), label(Reason(reasons[i])), hashes[i].tobytes().hex()]
+            writer.writerow([*cells, *found])
+
+
+def _cell(value: float) -> str:
+    return "" if np.isnan(value) else repr(float(value))

@@ -1,0 +1,167 @@
+"""Plans: which runs a sweep makes, as frozen models that read and write TOML."""
+
+import tomllib
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from helimag.errors import FileError, InputError
+from helimag.scenario import Scenario, preset_names
+from helimag.scenario._fields import Time
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Axis(_Part):
+    """One field of the scenario and the values that it takes; every physical value is text with a unit.
+
+    A list (``values``), a range (``start``, ``stop``, ``step``), a grid (``start``, ``stop``, ``count``), or, where the
+    plan samples, bounds only (``start``, ``stop``). Axes with the same ``zip`` name move together; all others are
+    crossed. ``drive.speed`` is the length of ``drive.velocity``, whose direction stays (x where it is zero).
+    """
+
+    field: str
+    values: tuple[float | str, ...] | None = None
+    start: float | str | None = None
+    stop: float | str | None = None
+    step: float | str | None = None
+    count: int | None = Field(default=None, ge=2)
+    zip: str | None = None
+
+    @property
+    def form(self) -> str:
+        """``list``, ``range``, ``grid`` or ``bounds``."""
+        if self.values is not None:
+            return "list"
+        return "range" if self.step is not None else "grid" if self.count is not None else "bounds"
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        given = {name for name in ("values", "start", "stop", "step", "count") if getattr(self, name) is not None}
+        forms = ({"values"}, {"start", "stop", "step"}, {"start", "stop", "count"}, {"start", "stop"})
+        if given not in forms:
+            got = ", ".join(sorted(given)) or "nothing"
+            raise InputError(
+                f"'{self.field}' must have values, or start and stop with a step, with a count, or alone where the "
+                f"plan samples; got {got}"
+            )
+        if self.values == ():
+            raise InputError(f"'{self.field}' must have at least one value; got an empty list")
+        return self
+
+
+class Sampling(_Part):
+    """Points spread over the axes' bounds instead of a grid."""
+
+    method: Literal["sobol", "latin-hypercube"]
+    count: int = Field(ge=1)
+    seed: int = Field(default=0, ge=0)
+
+
+class Boundary(_Part):
+    """Spend runs where the verdict changes, over two axes that give a coarse grid to begin with.
+
+    ``resolution`` is the distance between two runs of different verdict at which refining ends, as a fraction of the
+    axes' ranges.
+    """
+
+    budget: int = Field(ge=16)
+    verdict: Literal["bounded", "drifting", "attracted", "fell", "wall-limited"] = "bounded"
+    resolution: float = Field(default=0.01, gt=0.0, lt=1.0)
+
+
+class Plan(_Part):
+    """What a sweep runs and keeps."""
+
+    name: str = "sweep"
+    base: str | Scenario
+    changes: dict[str, Any] = {}
+    duration: Time | None = None
+    samples: int = Field(default=100, ge=20)
+    axis: tuple[Axis, ...] = Field(min_length=1)
+    sample: Sampling | None = None
+    boundary: Boundary | None = None
+    trajectory: Time | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.sample is not None and self.boundary is not None:
+            raise InputError("a plan has either [sample] or [boundary]; got both")
+        wanted = {"bounds"} if self.sample else {"grid"} if self.boundary else {"list", "range", "grid"}
+        kind = "[sample]" if self.sample else "[boundary]" if self.boundary else "neither [sample] nor [boundary]"
+        for axis in self.axis:
+            if axis.form not in wanted:
+                raise InputError(f"with {kind}, axis '{axis.field}' must be a {' or '.join(sorted(wanted))}")
+            if axis.zip and (self.sample or self.boundary):
+                raise InputError(f"with {kind}, axis '{axis.field}' cannot be zipped")
+        if self.boundary is not None and len(self.axis) != 2:
+            raise InputError(f"[boundary] needs two axes; got {len(self.axis)}")
+        fields = [axis.field for axis in self.axis]
+        for field in fields:
+            if fields.count(field) > 1:
+                raise InputError(f"axis '{field}' is there twice")
+        return self
+
+    def to_toml(self) -> str:
+        """The plan as a file's text."""
+        import tomli_w
+
+        data = self.model_dump(mode="json", exclude_none=True)
+        return tomli_w.dumps({key: value for key, value in data.items() if value != {}})
+
+
+def parse_plan(text: str, source: str = "plan") -> Plan:
+    """Read a plan from TOML text; ``source`` names it in messages.
+
+    Raises
+    ------
+    InputError
+        Where the text is not TOML or not a plan.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{source} is not valid TOML: {error}") from None
+    try:
+        return Plan.model_validate(data, context={"file": True})
+    except ValidationError as error:
+        raise InputError(f"{source}: " + "; ".join(_message(dict(problem)) for problem in error.errors())) from None
+
+
+def load_plan(path: str | Path) -> Plan:
+    """Read a plan file; the path of a base scenario in it is relative to the file.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+    InputError
+        Where it is not a plan.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise FileError(f"there is no plan '{path}'") from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    plan = parse_plan(text, str(path))
+    if isinstance(plan.base, str) and plan.base not in preset_names():
+        return plan.model_copy(update={"base": str(Path(path).parent / plan.base)})
+    return plan
+
+
+def _message(problem: dict[str, Any]) -> str:
+    where = ".".join(str(step) for step in problem["loc"])
+    text = problem["msg"].removeprefix("Value error, ")
+    match problem["type"]:
+        case "missing":
+            return f"{where} is missing"
+        case "extra_forbidden":
+            return f"{where} is not a known key; got {problem['input']!r}"
+        case "value_error":
+            return f"{where} {text}".strip()
+        case _:
+            return f"{where}: {text[0].lower()}{text[1:]}; got {problem['input']!r}"

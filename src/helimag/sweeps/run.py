@@ -1,0 +1,123 @@
+"""The sweep itself: chunk after chunk into the store, and on from where it stopped."""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.sweeps.compute import Outcome, Rows, label
+from helimag.sweeps.design import resolve
+from helimag.sweeps.engines import Engine, Job, engine
+from helimag.sweeps.export import load_sweep
+from helimag.sweeps.plan import Plan, load_plan
+from helimag.sweeps.rounds import check_first, chosen, planned
+from helimag.sweeps.store import Store, sample_times
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass
+class Progress:
+    """How a sweep stands: runs in all, runs in the store, the same with what is under way, and counts by verdict."""
+
+    total: int
+    done: int = 0
+    worked: float = 0.0
+    found: int = 0  # in the store already when this sweep began
+    seconds: float = 0.0
+    counts: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def rate(self) -> float:
+        """Runs per second since this sweep began."""
+        return (self.worked - self.found) / self.seconds if self.seconds > 0.0 else 0.0
+
+
+def sweep(
+    plan: Plan | str | Path,
+    *,
+    out: str | Path,
+    scheduler: str | None = None,
+    threads: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> "xarray.Dataset":
+    """Run a plan into a store, or go on with it where the store is there already.
+
+    Parameters
+    ----------
+    plan
+        A plan, or the path of a plan's TOML file.
+    out
+        The store: a zarr directory.
+    scheduler
+        Address of a dask.distributed scheduler to send the chunks to; default threads on this machine.
+    threads
+        How many threads; default one a core.
+    progress
+        Called some times a second.
+
+    Returns
+    -------
+    xarray.Dataset
+        Labelled, SI (angles in radians), read from the store when used. Failed runs are in it, flagged.
+
+    Raises
+    ------
+    FileError
+        Where the store cannot be made, read or written, is damaged or in use, or no scheduler answers.
+    InputError
+        Where the plan does not fit, or is not the store's.
+    """
+    design = resolve(plan if isinstance(plan, Plan) else load_plan(plan))
+    check_first(design)
+    place = Path(out)
+    times = sample_times(design)
+    with Store.opened(place, design) as store:
+        state = Progress(total=design.size)
+        for chunk in sorted(store.done):
+            _count(state, np.asarray(store.read(chunk, "verdict")))
+        state.found, state.worked = state.done, state.done
+        if len(store.done) < len(design.chunks):
+            with engine(scheduler, threads) as where:
+                wanted = design.plan.boundary
+                rounds = chosen(design, store, wanted) if wanted else planned(design, store)
+                for jobs, columns in rounds:
+                    _run(where, jobs, columns, store, times, state, progress)
+    return load_sweep(place)
+
+
+def _run(
+    where: Engine,
+    jobs: Sequence[Job],
+    columns: dict[int, Rows],
+    store: Store,
+    times: NDArray[np.float64] | None,
+    state: Progress,
+    progress: Callable[[Progress], None] | None,
+) -> None:
+    """Compute jobs, commit each as it comes, and report."""
+    begun = time.monotonic() - state.seconds
+    runs = state.total / len(store.design.chunks)
+
+    def report(under_way: float) -> None:
+        state.seconds = time.monotonic() - begun
+        state.worked = state.done + under_way * runs
+        if progress is not None:
+            progress(state)
+
+    for chunk, rows in where.results(jobs, times, report):
+        store.commit(chunk, {**rows, **columns.get(chunk, {})})
+        _count(state, np.asarray(rows["verdict"]))
+        report(0.0)
+
+
+def _count(state: Progress, verdicts: NDArray[np.generic]) -> None:
+    known = verdicts[verdicts != Outcome.NOT_COMPUTED]
+    state.done += known.size
+    state.counts.update(label(Outcome(int(flag))) for flag in known)

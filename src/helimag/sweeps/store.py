@@ -1,0 +1,354 @@
+"""The store of a sweep: one zarr dataset, committed chunk by chunk, checked by checksums.
+
+A chunk of runs is one zarr chunk of each variable. Its files are written one by one, each beside and then renamed; last
+comes its row of ``checksum``, which commits it. A chunk without that row does not count and is computed again.
+"""
+
+import hashlib
+import json
+import math
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import FileError, InputError, MissingExtra
+from helimag.sweeps.compute import HASH_BYTES, SCALARS, Outcome, Reason, Rows, label
+from helimag.sweeps.design import Design
+from helimag.trajectory import versions
+
+if TYPE_CHECKING:
+    import xarray
+
+CHECKSUM = "checksum"
+UNFINISHED = "*.partial"  # what zarr calls a file until it is whole
+MADE_BY = ("helimag", "warp-lang")  # whose versions decide the numbers
+
+
+class Store:
+    """An open store; use :meth:`opened`."""
+
+    def __init__(self, path: Path, design: Design) -> None:
+        import zarr
+
+        self.path = path
+        self.design = design
+        self.names = [name for name in variables(design) if name != CHECKSUM]
+        always: Any = {"write_empty_chunks": True}  # so that a file that is not there is known to be lost
+        try:
+            self._arrays = {
+                name: zarr.open_array(path / name, mode="r+").with_config(always) for name in (*self.names, CHECKSUM)
+            }
+        except (OSError, ValueError, KeyError) as error:
+            raise FileError(f"{path} is damaged: {error}") from None
+        self.done: set[int] = {chunk for chunk in range(len(design.chunks)) if self._is_committed(chunk)}
+
+    @classmethod
+    @contextmanager
+    def opened(cls, path: Path, design: Design) -> Iterator[Self]:
+        """Open the store of a design, making it where there is none; only one process at a time may have it.
+
+        Raises
+        ------
+        FileError
+            Where it cannot be made, read or written, is in use, or a committed chunk is damaged.
+        InputError
+            Where it belongs to another plan, or to other versions.
+        """
+        _needs_zarr()
+        if not path.exists():
+            _create(path, design)
+        check_same_plan(path, design)
+        with _locked(path):
+            store = cls(path, design)
+            if len(store.done) < len(design.chunks):
+                _check_writable(path)
+                for rest in path.rglob(UNFINISHED):
+                    rest.unlink()
+            yield store
+
+    def commit(self, chunk: int, rows: Rows) -> None:
+        """Write a chunk's rows (runs first) and, when all are on file, its checksums."""
+        extent, block = self.design.extent(chunk), self.design.block(chunk)
+        for name in self.names:
+            values = rows[name]
+            self._write(name, self._file(name, chunk), block, values.reshape(*extent, *values.shape[1:]))
+        sums = np.array([[checksum(self._file(name, chunk)) for name in self.names]], np.uint64)
+        self._write(CHECKSUM, self._file(CHECKSUM, chunk), (slice(chunk, chunk + 1),), sums)
+        self.done.add(chunk)
+
+    def read(self, chunk: int, name: str) -> NDArray[np.generic]:
+        """A variable of a committed chunk, runs first."""
+        values = np.asarray(self._arrays[name][self.design.block(chunk)])
+        return values.reshape(-1, *values.shape[len(self.design.shape) :])
+
+    def _write(self, name: str, file: Path, where: tuple[slice, ...], values: NDArray[np.generic]) -> None:
+        try:
+            self._arrays[name][where] = values
+        except OSError as error:
+            raise FileError(
+                f"{file} cannot be written: {error.strerror or error}; what was committed is unharmed: remove the "
+                "cause and run the same command again"
+            ) from None
+
+    def _is_committed(self, chunk: int) -> bool:
+        """Whether a chunk is whole on file; damage raises."""
+        file = self._file(CHECKSUM, chunk)
+        if not file.exists():
+            return False
+        damaged = file
+        try:
+            sums = np.asarray(self._arrays[CHECKSUM][chunk])
+            for name, expected in zip(self.names, sums, strict=True):
+                damaged = self._file(name, chunk)
+                if checksum(damaged) != int(expected):
+                    raise ValueError("its checksum does not match")
+        except FileNotFoundError:
+            raise FileError(f"{damaged} is missing; {_remedy(file)}") from None
+        except (ValueError, RuntimeError, OSError) as error:
+            raise FileError(f"{damaged} is damaged: {error}; {_remedy(file)}") from None
+        return True
+
+    def _file(self, name: str, chunk: int) -> Path:
+        return chunk_file(self.path, name, self.design, chunk)
+
+
+def chunk_file(path: Path, name: str, design: Design, chunk: int) -> Path:
+    """Where zarr keeps a chunk of a variable."""
+    if name == CHECKSUM:
+        return path / name / "c" / str(chunk) / "0"
+    further = len(variables(design)[name][0]) - len(design.shape)
+    return path.joinpath(name, "c", *map(str, (*design.chunks[chunk], *([0] * further))))
+
+
+def checksum(file: Path) -> int:
+    """First 8 bytes of a file's SHA-256."""
+    return int.from_bytes(hashlib.sha256(file.read_bytes()).digest()[:8])
+
+
+def _remedy(file: Path) -> str:
+    return f"remove {file} and run the same command again: this chunk alone is computed anew"
+
+
+def sample_times(design: Design) -> NDArray[np.float64] | None:
+    """When trajectories are kept (s); None where they are not."""
+    interval: float | None = design.plan.trajectory
+    if interval is None:
+        return None
+    last = max([design.base.run.duration, *_durations(design)])
+    times = np.arange(math.floor(last / interval * (1.0 + 1e-12)) + 1) * interval
+    return np.asarray(times, dtype=np.float64)
+
+
+def _durations(design: Design) -> list[float]:
+    return [float(v) for axis in design.axes if axis.field == "run.duration" for v in axis.values]
+
+
+def variables(design: Design) -> dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]]:
+    """Every array that is written on the way: dimensions, type, fill value, attributes."""
+    dims = tuple(design.shape)
+    found: dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]] = {}
+    for name, (unit, meaning) in SCALARS.items():
+        found[name] = (dims, np.float64, np.nan, {"units": unit, "long_name": meaning})
+    for name, flags in (("verdict", Outcome), ("reason", Reason)):
+        found[name] = (dims, np.int8, 0, {"long_name": name, **flag_attributes([label(flag) for flag in flags])})
+    digest: dict[str, object] = {"long_name": "SHA-256 of the scenario, byte by byte", "units": "1"}
+    found["scenario_hash"] = ((*dims, "byte"), np.uint8, 0, digest)
+    if design.plan.trajectory is not None:
+        place: dict[str, object] = {"units": "m", "long_name": "centre of the head, lab frame; none after the end"}
+        turn: dict[str, object] = {
+            "units": "1",
+            "long_name": "rotation from body to lab (w, x, y, z); none after the end",
+        }
+        found["position"] = ((*dims, "time", "axis"), np.float64, np.nan, place)
+        found["quaternion"] = ((*dims, "time", "component"), np.float64, np.nan, turn)
+    for axis in design.axes:
+        if not axis.values:
+            found[axis.name] = (("point",), np.float64, np.nan, axis_attributes(axis.field, axis.kind))
+    meaning = "first 8 bytes of the SHA-256 of each chunk's files, by variable; none where not committed"
+    found[CHECKSUM] = (("chunk", "file"), np.uint64, 0, {"long_name": meaning})
+    return found
+
+
+def flag_attributes(meanings: list[str]) -> dict[str, object]:
+    """CF attributes of a flag variable with values 0, 1, ..."""
+    return {"flag_values": list(range(len(meanings))), "flag_meanings": " ".join(meanings)}
+
+
+def axis_attributes(field: str, kind: Any) -> dict[str, object]:
+    return {"units": kind.si if kind else "1", "long_name": field, "shown_in": kind.shown if kind else "1"}
+
+
+def _coordinates(design: Design) -> dict[str, Any]:
+    """Axes with values, and the drive's other inputs as single numbers."""
+    found: dict[str, Any] = {}
+    for axis in design.axes:
+        if axis.values and isinstance(axis.values[0], str):
+            words = sorted({str(value) for value in axis.values})
+            codes = np.array([words.index(str(value)) for value in axis.values], np.int8)
+            flags = flag_attributes([word.replace(" ", "_") for word in words])
+            found[axis.name] = (axis.dimension, codes, {"long_name": axis.field, **flags})
+        elif axis.values:
+            found[axis.name] = (axis.dimension, np.array(axis.values, float), axis_attributes(axis.field, axis.kind))
+    drive = design.base.drive
+    fixed = {name: getattr(drive, name) for name in ("frequency", "pitch", "distance", "yaw_rate")}
+    fixed["speed"] = math.hypot(*drive.velocity)
+    from helimag.sweeps.design import kind_of
+
+    swept = {axis.name for axis in design.axes}
+    for name, value in fixed.items():
+        if name not in swept:
+            found[name] = ((), value, axis_attributes(f"drive.{name}", kind_of(design.base, f"drive.{name}")))
+    times = sample_times(design)
+    if times is not None:
+        found["time"] = ("time", times, {"units": "s", "long_name": "time since the start"})
+    return found
+
+
+def _template(design: Design) -> "xarray.Dataset":
+    """The dataset without results."""
+    import xarray
+
+    times = sample_times(design)
+    lengths = {
+        **design.shape,
+        "byte": HASH_BYTES,
+        "axis": 3,
+        "component": 4,
+        "time": 0 if times is None else times.size,
+    }
+    lengths |= {"chunk": len(design.chunks), "file": len(variables(design)) - 1}
+    data = {
+        name: (dims, np.broadcast_to(np.asarray(fill, kind), [lengths[dim] for dim in dims]), attributes)
+        for name, (dims, kind, fill, attributes) in variables(design).items()
+    }
+    attributes = {
+        "Conventions": "CF-1.11",
+        "title": design.plan.name,
+        "source": "simulated by helimag",
+        "plan": design.plan.to_toml(),
+        "scenario": design.base.to_toml(),
+        "identity": json.dumps(design.identity, sort_keys=True),
+        "plan_hash": plan_hash(design),
+        "versions": versions(),
+        "checksum_files": " ".join(name for name in variables(design) if name != CHECKSUM),
+    }
+    return xarray.Dataset(data, _coordinates(design), attributes)
+
+
+def plan_hash(design: Design) -> str:
+    """SHA-256 of all that decides the runs."""
+    return hashlib.sha256(json.dumps(design.identity, sort_keys=True).encode()).hexdigest()
+
+
+def _create(path: Path, design: Design) -> None:
+    """Make an empty store beside and rename it, so that it is there as a whole or not at all."""
+    from zarr.codecs import Crc32cCodec, ZstdCodec
+
+    codecs = (ZstdCodec(level=3), Crc32cCodec())
+    encoding: dict[str, Any] = {}
+    for name, (dims, _, fill, _) in variables(design).items():
+        further = {"byte": HASH_BYTES, "axis": 3, "component": 4, "chunk": 1, "file": len(variables(design)) - 1}
+        sizes = dict(zip(design.shape, design.chunk_shape, strict=True)) | further
+        times = sample_times(design)
+        sizes["time"] = 1 if times is None else times.size
+        encoding[name] = {"chunks": tuple(sizes[dim] for dim in dims), "compressors": codecs, "fill_value": fill}
+        if np.isnan(float(fill)):
+            encoding[name] |= {"_FillValue": fill}
+            del encoding[name]["fill_value"]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part"))
+    except OSError as error:
+        raise FileError(f"{path} cannot be made: {error.strerror}") from None
+    try:
+        _template(design).to_zarr(beside, mode="w", zarr_format=3, encoding=encoding, consolidated=False)
+        mask = os.umask(0)
+        os.umask(mask)
+        beside.chmod(0o777 & ~mask)
+        beside.rename(path)
+    except OSError as error:
+        raise FileError(f"{path} cannot be made: {error.strerror or error}") from None
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
+def attributes_of(path: Path) -> dict[str, Any]:
+    """A store's attributes.
+
+    Raises
+    ------
+    FileError
+        Where it is not a sweep's store.
+    """
+    try:
+        found = json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"]
+        json.loads(found["identity"])
+    except FileNotFoundError:
+        raise FileError(f"{path} is not a sweep's store: it has no zarr.json") from None
+    except (KeyError, TypeError, ValueError):
+        raise FileError(f"{path / 'zarr.json'} is damaged, or not of a sweep's store") from None
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror}") from None
+    return dict(found)
+
+
+def check_same_plan(path: Path, design: Design) -> None:
+    """Raise InputError, naming the first difference, where a store belongs to another plan."""
+    attributes = attributes_of(path)
+    there, here = json.loads(attributes["identity"]), json.loads(json.dumps(design.identity))
+    changed = [key for key in sorted({*there, *here}) if there.get(key) != here.get(key)]
+    if changed:
+        key, more = changed[0], f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
+        raise InputError(
+            f"{path} holds another plan: {key} is {there.get(key)!r} there and {here.get(key)!r} here{more}; "
+            "give this plan a store of its own"
+        )
+    ours, theirs = json.loads(versions()), json.loads(attributes["versions"])
+    for name in MADE_BY:
+        if ours[name] != theirs.get(name):
+            raise InputError(
+                f"{path} was begun with {name} {theirs.get(name)}, this is {ours[name]}: their results must not mix; "
+                "give this plan a store of its own"
+            )
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold the store against other processes; the lock ends with the process, however it ends."""
+    try:
+        import fcntl
+    except ImportError:  # not on Windows
+        yield
+        return
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise FileError(f"{path} is in use by another sweep; wait for it, or give this one its own store") from None
+        yield
+    finally:
+        os.close(handle)
+
+
+def _check_writable(path: Path) -> None:
+    probe = path / "probe.partial"
+    try:
+        probe.write_bytes(b"\0")
+        probe.unlink()
+    except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror}") from None
+
+
+def _needs_zarr() -> None:
+    try:
+        import zarr  # noqa: F401
+    except ImportError:
+        raise MissingExtra("a sweep's store needs zarr: pip install 'helimag[sweeps]'") from None

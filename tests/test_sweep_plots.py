@@ -1,0 +1,83 @@
+"""Figures of sweeps: what is drawn is what was computed; interactive pages stand alone."""
+
+import re
+
+import numpy as np
+import pytest
+
+import helimag
+from helimag import Plan
+from helimag.plots.sweeps import COLOURS, draw_sweep, interactive_sweep, save_html
+from helimag.sweeps import Axis, Outcome, Sampling
+
+PITCH = Axis(field="drive.pitch", start="4 deg", stop="16 deg", count=5)
+FREQUENCY = Axis(field="drive.frequency", values=("2 Hz", "3 Hz"))
+
+
+def made(folder, *axes, **more):
+    plan = Plan(base="paper/fig3c", duration="30 s", samples=20, axis=axes, **more)
+    return helimag.sweep(plan, out=folder / "s.zarr")
+
+
+def test_curves_show_the_gains_by_frequency_in_degrees(tmp_path):
+    data = made(tmp_path, FREQUENCY, PITCH)
+    (axes,) = draw_sweep(data).axes
+    curves = [line for line in axes.lines if not line.get_label().startswith("_")]
+    assert [line.get_label() for line in curves] == ["2 Hz", "3 Hz"]
+    for line, row in zip(curves, data["gain"].values, strict=True):
+        np.testing.assert_allclose(line.get_xdata(), np.linspace(4.0, 16.0, 5), rtol=1e-12)
+        np.testing.assert_array_equal(line.get_ydata(), row)
+    assert axes.get_xlabel() == "pitch (°)"
+    assert any(np.all(np.asarray(line.get_ydata()) == 1.0) for line in axes.lines)
+
+
+def test_maps_colour_each_run_by_its_verdict_and_draw_the_boundary(tmp_path):
+    fast = Axis(field="drive.frequency", start="2 Hz", stop="3 Hz", count=9)
+    data = made(tmp_path, fast, PITCH).load()
+    flags = np.full((9, 5), Outcome.FELL, np.int8)
+    flags[2:5, 1:4] = Outcome.BOUNDED
+    data["verdict"].values[:] = flags
+    (axes,) = draw_sweep(data).axes
+    mesh, *contours = axes.collections
+    cells = np.asarray(mesh.get_array())
+    for outcome in (Outcome.FELL, Outcome.BOUNDED):
+        colour = [int(COLOURS[outcome][i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
+        painted = np.all(np.isclose(cells[..., :3], colour), axis=-1)
+        assert np.array_equal(painted, outcome == flags.T)
+    (path,) = contours[0].get_paths()
+    low, high = path.vertices.min(axis=0), path.vertices.max(axis=0)
+    np.testing.assert_allclose(
+        low, [2.0 + 1.5 / 8, 5.5], atol=1e-9
+    )  # halfway from the last outside to the first inside
+    np.testing.assert_allclose(high, [2.0 + 4.5 / 8, 14.5], atol=1e-9)
+
+
+def test_three_axes_make_small_multiples(tmp_path):
+    data = made(tmp_path, Axis(field="drive.distance", values=("140 mm", "150 mm")), FREQUENCY, PITCH)
+    assert [axes.get_title() for axes in draw_sweep(data).axes] == ["distance 140 mm", "distance 150 mm"]
+
+
+def test_interactive_pages_hold_every_run_and_need_nothing_from_elsewhere(tmp_path):
+    spread = [
+        Axis(field="drive.frequency", start="2 Hz", stop="3 Hz"),
+        Axis(field="drive.pitch", start="4 deg", stop="16 deg"),
+    ]
+    data = made(tmp_path, *spread, sample=Sampling(method="sobol", count=16))
+    figure = interactive_sweep(data)
+    points = np.concatenate([np.stack([trace.x, trace.y], axis=1) for trace in figure.data if trace.mode == "markers"])
+    wanted = np.stack([data["frequency"].values, np.degrees(data["pitch"].values)], axis=1)
+    np.testing.assert_allclose(points[np.argsort(points[:, 0])], wanted[np.argsort(wanted[:, 0])], rtol=1e-12)
+    save_html(figure, tmp_path / "s.html")
+    text = (tmp_path / "s.html").read_text(encoding="utf-8")
+    assert not re.search(r"<(script|link)[^>]+(src|href)=", text)
+    assert "drifting" in text
+    curves = interactive_sweep(made(tmp_path / "2", FREQUENCY, PITCH))
+    assert sum(len(trace.x) for trace in curves.data if trace.mode == "markers") == 10
+
+
+def test_nothing_to_draw_is_said(tmp_path):
+    data = made(tmp_path, PITCH).load()
+    data["verdict"].values[:] = Outcome.NOT_COMPUTED
+    for draw in (draw_sweep, interactive_sweep):
+        with pytest.raises(ValueError, match="nothing to draw"):
+            draw(data)
