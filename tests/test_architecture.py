@@ -18,6 +18,7 @@ RULES = {
     "errors": set(),
     "files": {"errors"},
     "quantities": {"errors"},
+    "files": {"errors"},
     "scenario": {"errors", "quantities"},
     "physics": {"errors"},
     "gain": {"errors"},

@@ -97,7 +97,8 @@ def test_a_start_that_already_touches_ends_at_once():
 
 
 @pytest.mark.parametrize(
-    ("duration", "interval"), [(7.1, None), (14.2, None), (1.0, 0.3), (0.3, 0.1), (2.0, 5.0), (1e-7, None)]
+    ("duration", "interval"),
+    [(7.1, None), (14.2, None), (1.0, 0.3), (0.3, 0.1), (2.0, 5.0), (1e-7, None), (1.0, 0.1 * (1 - 1.5e-12))],
 )
 def test_the_end_is_exact(duration, interval):
     """Also where the interval is no divisor, or 1800 of it fall short by rounding (7.1 s)."""

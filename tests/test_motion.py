@@ -160,3 +160,13 @@ def test_tighter_tolerance_is_closer():
     ends = [oracles.run(c, 20.0, interval=20.0, tolerance=t).final_state for t in (1e-5, 1e-7, 1e-9, 1e-12)]
     errors = [np.abs(end - ends[-1])[:3].max() for end in ends[:-1]]
     assert errors[0] > 20 * errors[1] > 400 * errors[2]
+
+
+def test_falling_in_from_behind_is_no_slip():
+    """A moment that starts behind the field and is overtaken once, before it has ever been in step, has not slipped."""
+    start = [0.0, 0.0, 0.0, np.cos(0.1), np.sin(0.1), 0.0, 0.0]  # the field is 0.2 rad short of opposite
+    run = oracles.run(on_axis_case(30.0, 2.0), 10.0, interval=0.01, initial_state=start)
+    lag = np.unwrap(run.dataset.phase_lag.values)
+    assert lag[0] == pytest.approx(np.pi - 0.2)
+    assert lag[-1] == pytest.approx(2 * np.pi + np.arcsin(2 * np.pi * 2.0 / 30.0), abs=1e-6)
+    assert run.judgement.slips == 0

@@ -215,6 +215,12 @@ def test_units(text, kind, value):
     assert q.parse(text, kind) == pytest.approx(value, rel=1e-15)
 
 
+@pytest.mark.parametrize(("text", "kind", "value"), [("5 um", q.LENGTH, 5e-6), ("28.28 uN", q.FORCE, 28.28e-6)])
+def test_decimal_units_are_exact(text, kind, value):
+    """To the last bit, so that a file and Python's own literal are the same run."""
+    assert q.parse(text, kind) == value
+
+
 # ------------------------------------------------------------------------------------------------------------- refusals
 
 REFUSED = [
