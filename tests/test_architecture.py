@@ -18,7 +18,6 @@ RULES = {
     "errors": set(),
     "files": {"errors"},
     "quantities": {"errors"},
-    "files": {"errors"},
     "scenario": {"errors", "quantities"},
     "physics": {"errors"},
     "gain": {"errors"},
@@ -157,7 +156,7 @@ def test_outside_packages_have_one_home(package):
         "pint": {"quantities"},
         "nicegui": {"studio"},
         "magpylib": set(),
-        "matplotlib": {"plots", "vision", "robot", "sweeps"},
+        "matplotlib": {"plots", "reproduce"},
     }[package]
     users = {own_room(path) for path in MODULES if package in imports(path)[1]}
     assert users <= homes
