@@ -1,19 +1,22 @@
 """Figures of sweeps: gain curves, maps of the verdict with its boundary, small multiples; on paper and interactive."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from helimag import quantities as q
 from helimag.errors import InputError, MissingExtra
 from helimag.files import replacing
-from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, PURPLE, SKY, VERMILLION, styled
+from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, PURPLE, SKY, TIME_COLOURS, VERMILLION, styled
 from helimag.sweeps import Outcome, axis_names, boundary_line, parse_plan
 
 if TYPE_CHECKING:
@@ -100,7 +103,7 @@ def _along(part: "xarray.Dataset", dim: str) -> str:
 
 
 def draw_curve(
-    axes: Axes, row: "xarray.Dataset", name: str, *, label: str | None, colour: str = "black", top: float = HIGHEST_GAIN
+    axes: Axes, row: "xarray.Dataset", name: str, *, label: str | None, colour: Any = "black", top: float = HIGHEST_GAIN
 ) -> None:
     """Gain along one axis, each run marked by its verdict; gamma = 1 as a line."""
     values, gain, flags = _shown(row, name), row["gain"].values, row["verdict"].values
@@ -114,7 +117,7 @@ def draw_curve(
     axes.set(xlabel=label_of(row, name), ylabel=GAIN, ylim=(0.0, 1.05 * top))
 
 
-def shade(axes: Axes, row: "xarray.Dataset", name: str, colour: str, span: tuple[float, float] = (0.0, 1.0)) -> None:
+def shade(axes: Axes, row: "xarray.Dataset", name: str, colour: Any, span: tuple[float, float] = (0.0, 1.0)) -> None:
     """Shade where runs are judged bounded, half a step to each side, over a part of the height."""
     values = _shown(row, name)
     middles = (values[1:] + values[:-1]) / 2.0
@@ -191,6 +194,46 @@ def label_of(dataset: "xarray.Dataset", name: str) -> str:
     """An axis' label: name and unit."""
     unit = _unit(dataset, name)
     return f"{NAMES.get(name, name.replace('_', ' '))}{f' ({unit})' if unit else ''}"
+
+
+@dataclass(frozen=True)
+class Passes:
+    """Two sweeps over one input at one frequency (Hz): a wide one, and a fine one around what is bounded."""
+
+    frequency: float
+    name: str
+    wide: "xarray.Dataset"
+    fine: "xarray.Dataset"
+
+
+def draw_passes(passes: Sequence[Passes]) -> Figure:
+    """Draw wide passes above and fine ones below, a column an input: gain by frequency, strips where bounded.
+
+    Parameters
+    ----------
+    passes
+        One for each frequency and input.
+    """
+    frequencies = list(dict.fromkeys(each.frequency for each in passes))
+    names = list(dict.fromkeys(each.name for each in passes))
+    with styled():
+        figure = Figure(figsize=(FULL_WIDTH, 115 * MM), layout="constrained")
+        axes = figure.subplots(2, len(names), squeeze=False)
+        colours = colormaps[TIME_COLOURS](np.linspace(0.0, 0.85, len(frequencies)))
+        for each in passes:
+            column, i = names.index(each.name), frequencies.index(each.frequency)
+            strip = (1.0 - (i + 1) / (5 * len(frequencies)), 1.0 - i / (5 * len(frequencies)))
+            for here, data, top in zip(axes[:, column], (each.wide, each.fine), (2.0, 1.25), strict=True):
+                draw_curve(here, data, each.name, label=None, colour=colours[i], top=top)
+                shade(here, data, each.name, colours[i], strip)
+                here.set(ylim=(0.0, top * 1.3), xlabel=label_of(data, each.name))
+        for column, letter in zip(range(len(names)), "ABC", strict=False):
+            axes[0][column].set_title(f"({letter})", loc="left")
+        flags = np.concatenate([data["verdict"].values for each in passes for data in (each.wide, each.fine)])
+        lines = [Line2D([], [], color=c, label=f"{f:g} Hz") for f, c in zip(frequencies, colours, strict=True)]
+        figure.legend(handles=[*lines, *legend(flags)], loc="outside lower center", ncols=max(len(lines), 4))
+        figure.suptitle("wide pass above, fine pass below; strips: judged bounded", fontsize=7)
+    return figure
 
 
 def interactive_sweep(dataset: "xarray.Dataset") -> Any:

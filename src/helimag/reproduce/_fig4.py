@@ -16,6 +16,7 @@ import numpy as np
 
 from helimag import quantities as q
 from helimag.errors import FileError
+from helimag.files import replacing
 from helimag.sweeps import Axis, Outcome, Plan, Progress, sweep
 
 if TYPE_CHECKING:
@@ -216,7 +217,7 @@ def fig4(
         Where the folder or a file cannot be written.
     """
     from helimag import plots
-    from helimag.files import replacing
+    from helimag.plots.sweeps import Passes, draw_passes
 
     target = Path(folder)
     try:
@@ -233,7 +234,7 @@ def fig4(
     )
     rows = [panel.row for panel in panels]
     found = trends(rows)
-    figure = draw(panels)
+    figure = draw_passes([Passes(each.frequency, each.input.name, each.wide, each.fine) for each in panels])
     files = [target / f"fig4.{suffix}" for suffix in ("png", "svg", "pdf", "csv", "json")]
     for path in files[:3]:
         plots.save(figure, path)
@@ -304,34 +305,3 @@ def _table(panels: Sequence[Panel]) -> str:
             f"{row['best'] / one:.2f} {kind.shown}{mark}"
         )
     return "\n".join(lines)
-
-
-def draw(panels: Sequence[Panel]) -> Any:
-    """Six panels, wide passes above, fine below: gain by frequency, gamma = 1, and where runs are judged bounded."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-
-    from helimag.plots._style import FULL_WIDTH, MM, styled
-    from helimag.plots.sweeps import draw_curve, label_of, legend, shade
-
-    frequencies = list(dict.fromkeys(panel.frequency for panel in panels))
-    names = list(dict.fromkeys(panel.input.name for panel in panels))
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 115 * MM), layout="constrained")
-        axes = figure.subplots(2, len(names), squeeze=False)
-        colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.85, len(frequencies)))
-        for panel in panels:
-            column, i = names.index(panel.input.name), frequencies.index(panel.frequency)
-            strip = (1.0 - (i + 1) / (5 * len(frequencies)), 1.0 - i / (5 * len(frequencies)))
-            for here, data, top in zip(axes[:, column], (panel.wide, panel.fine), (2.0, 1.25), strict=True):
-                draw_curve(here, data, panel.input.name, label=None, colour=colours[i], top=top)
-                shade(here, data, panel.input.name, colours[i], strip)
-                here.set(ylim=(0.0, top * 1.3), xlabel=label_of(data, panel.input.name))
-        for column, letter in zip(range(len(names)), "ABC", strict=False):
-            axes[0][column].set_title(f"({letter})", loc="left")
-        flags = np.concatenate([data["verdict"].values for panel in panels for data in (panel.wide, panel.fine)])
-        lines = [Line2D([], [], color=c, label=f"{f:g} Hz") for f, c in zip(frequencies, colours, strict=True)]
-        figure.legend(handles=lines + legend(flags), loc="outside lower center", ncols=len(lines))
-        figure.suptitle("wide pass above, fine pass below; strips: judged bounded", fontsize=7)
-    return figure
