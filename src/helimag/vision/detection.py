@@ -1,6 +1,6 @@
 """Where the device is in one view: middle and half length of its long axis, to a fraction of a pixel."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,16 @@ class Detection:
     def row(self) -> Floats:
         """As numbers, for a table."""
         return np.array([*self.middle, *self.half, *self.middle_sd, *self.half_sd, self.darkness, self.lopsided])
+
+    def shifted(self, right: float, down: float) -> "Detection":
+        """The same, seen from another corner of the picture."""
+        return replace(self, middle=self.middle + (right, down))
+
+    def along(self, other: "Detection") -> "Detection":
+        """The same, with the half length pointing as another's does."""
+        if float(self.half @ other.half) >= 0.0:
+            return self
+        return replace(self, half=-self.half, lopsided=-self.lopsided)
 
 
 def blobs(dark: Shades, threshold: float, least_area: float) -> list[tuple[slice, slice, NDArray[np.bool_]]]:

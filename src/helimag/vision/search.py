@@ -1,7 +1,9 @@
 """Find the device in two streams of frames: a small window once it is known, the whole picture when it is lost."""
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
@@ -24,6 +26,7 @@ HALF_CONTRAST = 0.45  # of the device's darkness: fainter blobs, such as reflect
 STEADY = 0.3  # change of summed darkness from which a blob is not the device alone
 FARTHEST = 15e-3  # by which lines of sight may miss each other while the clocks are not aligned (m)
 BEYOND = 1.5e-3  # that a triangulated device may be outside the oil (m)
+LOOK_BACK = 300  # frames without a partner in the other view that are gone through again once there is one
 LOST_AFTER = 4  # missed frames after which the whole picture is searched
 
 
@@ -52,6 +55,7 @@ class _View:
     contrast: float = 0.0
     missed: int = 10**6
     candidates: list[Detection] = field(default_factory=list)
+    pending: deque[tuple[int, float, list[Detection]]] = field(default_factory=lambda: deque(maxlen=LOOK_BACK))
 
     @property
     def lost(self) -> bool:
@@ -75,7 +79,7 @@ class _View:
             seen = measure(dark, rows, columns, mask, head_length=self.head)
             if seen is None or abs(seen.darkness / self.level - 1.0) > STEADY:
                 continue
-            moved = Detection(seen.middle + (left, top), seen.half, seen.middle_sd, seen.half_sd, seen.darkness, seen.lopsided)
+            moved = seen.shifted(left, top)
             if best is None or np.linalg.norm(moved.middle - expected) < np.linalg.norm(best.middle - expected):
                 best = moved
         return best
@@ -99,36 +103,35 @@ class _View:
                 if touches_edge(rows, columns, blob, dark.shape):
                     continue
                 seen = measure(dark, rows, columns, blob, head_length=self.head)
-                if seen is not None and self._plausible(seen):
-                    middle = seen.middle + (window[1].start, window[0].start)
-                    found.append(Detection(middle, seen.half, seen.middle_sd, seen.half_sd, seen.darkness, seen.lopsided))
+                if seen is not None and self.plausible(seen):
+                    found.append(seen.shifted(window[1].start, window[0].start))
         return found[:8]
 
-    @property
+    @cached_property
     def coarse(self) -> Picture:
-        if not hasattr(self, "_coarse"):
-            self._coarse = np.clip(self.scene[::2, ::2], 0, 255).astype(np.uint8)
-        return self._coarse
+        """The scene at half the size."""
+        return np.clip(self.scene[::2, ::2], 0, 255).astype(np.uint8)
 
-    def _plausible(self, seen: Detection) -> bool:
+    def plausible(self, seen: Detection) -> bool:
+        """Whether a blob is as dark as the device; before it is known, as the device should be."""
         if self.level:
             return abs(seen.darkness / self.level - 1.0) <= STEADY
         size = 2.0 * np.linalg.norm(seen.half) / self.length
         return 0.35 < seen.darkness / self.area < 1.6 and size < 1.4
 
-    def accept(self, seen: Detection, time: float, picture: Picture) -> None:
-        """Take a detection as the device."""
+    def accept(self, seen: Detection, time: float, picture: Picture) -> Detection:
+        """Take a detection as the device; it comes back with the sense of the one before."""
         if self.last is not None and self.missed <= LOST_AFTER and time > self.last_time:
             speed = (seen.middle - self.last.middle) / (time - self.last_time)
             self.speed = 0.6 * self.speed + 0.4 * speed
-            if float(self.last.half @ seen.half) < 0.0:
-                seen = Detection(seen.middle, -seen.half, seen.middle_sd, seen.half_sd, seen.darkness, -seen.lopsided)
+            seen = seen.along(self.last)
         else:
             self.speed = np.zeros(2)
         self.last, self.last_time, self.missed = seen, time, 0
         self.level = seen.darkness if not self.level else 0.97 * self.level + 0.03 * seen.darkness
         if not self.contrast:
             self.contrast = self._contrast(seen, picture)
+        return seen
 
     def _contrast(self, seen: Detection, picture: Picture) -> float:
         """Darkness of the device where it is darkest."""
@@ -193,11 +196,26 @@ def _step(views: list[_View], which: int, time: float, picture: Picture, rig: Ri
     if seen is None:
         view.missed += 1
         view.rows.append(np.full(10, np.nan))
+        if view.lost:
+            view.pending.append((len(view.rows) - 1, time, view.candidates))
         return
-    view.accept(seen, time, picture)
+    view.rows.append(view.accept(seen, time, picture).row)
+    _look_back(view)
+
+
+def _look_back(view: _View) -> None:
+    """Go back over frames in which the device was seen, but not yet known to be it, from where it was recognised."""
     view.candidates = []
-    assert view.last is not None
-    view.rows.append(view.last.row)
+    place, when = view.last, view.last_time
+    while view.pending and place is not None:
+        index, time, candidates = view.pending.pop()
+        reach = 16.0 + 200.0 * (when - time)
+        near = [c for c in candidates if view.plausible(c) and np.linalg.norm(c.middle - place.middle) < reach]
+        if not near:
+            continue
+        place, when = min(near, key=lambda c: float(np.linalg.norm(c.middle - place.middle))).along(place), time  # noqa: B023
+        view.rows[index] = place.row
+    view.pending.clear()
 
 
 def _matched(view: _View, other: _View, which: int, rig: Rig) -> Detection | None:
