@@ -291,7 +291,9 @@ class FilmWriter:
             self.stream.codec_context.time_base = Fraction(1, 90000)
 
     def write(self, picture: Picture, time: float) -> None:
-        """Append a frame taken at a time (s)."""
+        """Append a frame taken at a time (s), which must not be negative: players would leave it out."""
+        if time < 0.0:
+            raise InputError(f"a frame's time must not be negative; got {time} s")
         if self.pictures is not None:
             name = f"{len(self.times):06d}{self.pictures}"
             if not cv2.imwrite(str(self.beside / name), picture):

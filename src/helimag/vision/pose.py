@@ -72,15 +72,32 @@ def first_guess(rig: Rig, first: Floats, second: Floats) -> tuple[Floats, Floats
     return middle, best
 
 
-def apparent_length(rig: Rig, first: Floats, second: Floats) -> float:
-    """Distance between the ends as seen (m): the median over the frames in which both views show a slender device."""
+def disagreement(rig: Rig, first: Floats, second: Floats) -> Floats:
+    """By how much the ends' lines of sight miss each other (n,) in m, once the middles are made to meet.
+
+    It tells whether two views show the same body even while their clocks are not aligned.
+    """
+    middle, _ = rig.triangulate(first[:, :2], second[:, :2])
+    one, two = first.copy(), second.copy()
+    one[:, :2], two[:, :2] = (camera.project(middle) for camera in rig.cameras)
+    least = np.full(middle.shape[0], np.inf)
+    for sign in (1.0, -1.0):
+        misses = [
+            rig.triangulate(one[:, :2] + end * one[:, 2:4], two[:, :2] + sign * end * two[:, 2:4])[1] for end in (1.0, -1.0)
+        ]
+        least = np.fmin(least, np.maximum(*misses))
+    return least
+
+
+def lengths(rig: Rig, first: Floats, second: Floats) -> Floats:
+    """Distance between the ends as seen (n,) in m, each from the view that shows the device less foreshortened."""
     middle, axis = first_guess(rig, first, second)
-    lengths = []
-    for camera, rows in zip(rig.cameras, (first, second), strict=True):
-        ahead = (camera.project(middle + 1e-3 * axis) - camera.project(middle - 1e-3 * axis)) / 2e-3
-        lengths.append(2.0 * np.linalg.norm(rows[:, 2:4], axis=1) / np.linalg.norm(ahead, axis=1))
-    slender = np.minimum(*(np.linalg.norm(rows[:, 2:4], axis=1) for rows in (first, second))) > 20.0
-    return float(np.nanmedian(np.stack(lengths)[:, slender] if slender.any() else np.stack(lengths)))
+    sizes = [np.linalg.norm(rows[:, 2:4], axis=1) for rows in (first, second)]
+    scales = [
+        np.linalg.norm(camera.project(middle + 1e-3 * axis) - camera.project(middle - 1e-3 * axis), axis=1) / 2e-3
+        for camera in rig.cameras
+    ]
+    return np.asarray(2.0 * np.where(scales[0] >= scales[1], sizes[0] / scales[0], sizes[1] / scales[1]))
 
 
 def _frames(rows: Floats) -> Floats:

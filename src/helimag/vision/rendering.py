@@ -110,6 +110,7 @@ def render_run(
     times = begin + np.arange(count) / effects.rate
     paths: dict[str, Path] = {}
     kept_times = times
+    lead = max(0.0, -effects.clock_offset)  # no film may begin before its clock's zero
     for view, camera in enumerate(rig.cameras):
         scene = _scene(rig, view, effects, random)
         shift = 0.0 if view == 0 else 0.37 / effects.rate  # the cameras are not triggered together
@@ -123,12 +124,12 @@ def render_run(
         with FilmWriter(path, camera.size, pictures=pictures, rate=effects.rate) as film:
             for index, time in enumerate(shown):
                 picture = _frame(scene, motion, shape, effects, time, begin, end, random)
-                film.write(picture, time - begin + (effects.clock_offset if view == 1 else 0.0))
+                film.write(picture, time - begin + lead + (effects.clock_offset if view == 1 else 0.0))
                 if progress is not None:
                     progress((view + index / shown.size) / 2.0)
         paths[camera.name] = path
     paths["truth"] = target / "truth.nc"
-    _truth(run, motion, kept_times, begin).save(paths["truth"])
+    _truth(run, motion, kept_times, begin - lead).save(paths["truth"])
     return paths
 
 

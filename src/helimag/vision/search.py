@@ -16,6 +16,7 @@ from helimag.vision.backgrounds import Shades, background, darkness
 from helimag.vision.cameras import Camera, Rig
 from helimag.vision.detection import Detection, blobs, measure, touches_edge
 from helimag.vision.films import Film, Picture, ahead, together
+from helimag.vision.pose import disagreement, lengths
 from helimag.vision.shape import Shape
 
 Floats = NDArray[np.float64]
@@ -26,6 +27,8 @@ HALF_CONTRAST = 0.45  # of the device's darkness: fainter blobs, such as reflect
 STEADY = 0.3  # change of summed darkness from which a blob is not the device alone
 FARTHEST = 15e-3  # by which lines of sight may miss each other while the clocks are not aligned (m)
 BEYOND = 1.5e-3  # that a triangulated device may be outside the oil (m)
+SAME_LENGTH = 0.15  # by which the length of a found device may differ from what is expected
+TURNED = 0.25  # of its length: change of the half length between frames from which a blob is something else
 LOOK_BACK = 300  # frames without a partner in the other view that are gone through again once there is one
 LOST_AFTER = 4  # missed frames after which the whole picture is searched
 
@@ -77,12 +80,19 @@ class _View:
             if touches_edge(rows, columns, mask, dark.shape):
                 continue
             seen = measure(dark, rows, columns, mask, head_length=self.head)
-            if seen is None or abs(seen.darkness / self.level - 1.0) > STEADY:
+            if seen is None or abs(seen.darkness / self.level - 1.0) > STEADY or self._turned(seen):
                 continue
             moved = seen.shifted(left, top)
             if best is None or np.linalg.norm(moved.middle - expected) < np.linalg.norm(best.middle - expected):
                 best = moved
         return best
+
+    def _turned(self, seen: Detection) -> bool:
+        """Whether a blob points elsewhere, or is of another length, than the device did a moment ago."""
+        if self.last is None:
+            return False
+        change = np.linalg.norm(seen.along(self.last).half - self.last.half)
+        return bool(change > TURNED * self.length / 2.0 * (1.0 + 0.2 * self.missed))
 
     def scan(self, picture: Picture) -> list[Detection]:
         """Everything in the whole picture that may be the device."""
@@ -164,7 +174,7 @@ def search(
     sources = [ahead(film.frames()) for film in films]
     try:
         for number, (which, time, picture) in enumerate(together(*sources)):
-            _step(views, which, time, picture, rig)
+            _step(views, which, time, picture, rig, shape)
             if progress is not None and number % 20 == 0:
                 progress(min(1.0, number / total))
     finally:
@@ -186,12 +196,12 @@ def _begin(film: Film, rig: Rig, camera: Camera, shape: Shape) -> _View:
     return _View(camera, scene, shape.length * scale, area, 2.0 * shape.head_reach * scale)
 
 
-def _step(views: list[_View], which: int, time: float, picture: Picture, rig: Rig) -> None:
+def _step(views: list[_View], which: int, time: float, picture: Picture, rig: Rig, shape: Shape) -> None:
     view, other = views[which], views[1 - which]
     seen = None if view.lost else view.look(picture, time)
     if seen is None and view.lost:
         view.candidates = view.scan(picture)
-        seen = _matched(view, other, which, rig)
+        seen = _matched(view, other, which, rig, shape)
     view.times.append(time)
     if seen is None:
         view.missed += 1
@@ -210,7 +220,13 @@ def _look_back(view: _View) -> None:
     while view.pending and place is not None:
         index, time, candidates = view.pending.pop()
         reach = 16.0 + 200.0 * (when - time)
-        near = [c for c in candidates if view.plausible(c) and np.linalg.norm(c.middle - place.middle) < reach]
+        near = [
+            candidate
+            for candidate in candidates
+            if view.plausible(candidate)
+            and np.linalg.norm(candidate.middle - place.middle) < reach
+            and np.linalg.norm(candidate.along(place).half - place.half) < TURNED * view.length / 2.0
+        ]
         if not near:
             continue
         place, when = min(near, key=lambda c: float(np.linalg.norm(c.middle - place.middle))).along(place), time  # noqa: B023
@@ -218,7 +234,7 @@ def _look_back(view: _View) -> None:
     view.pending.clear()
 
 
-def _matched(view: _View, other: _View, which: int, rig: Rig) -> Detection | None:
+def _matched(view: _View, other: _View, which: int, rig: Rig, shape: Shape) -> Detection | None:
     """The candidate that fits the other view: lines of sight meet in the oil, and it is as dark as the device should be."""
     partners = [other.last] if not other.lost and other.last is not None else other.candidates
     best, least = None, np.inf
@@ -226,6 +242,11 @@ def _matched(view: _View, other: _View, which: int, rig: Rig) -> Detection | Non
         pixels = (mine.middle, theirs.middle) if which == 0 else (theirs.middle, mine.middle)
         point, miss = rig.triangulate(pixels[0][None], pixels[1][None])
         if not np.isfinite(miss[0]) or miss[0] > FARTHEST or not rig.inside(point, BEYOND)[0]:
+            continue
+        seen = (mine, theirs) if which == 0 else (theirs, mine)
+        rows = (seen[0].row[None], seen[1].row[None])
+        length = float(lengths(rig, *rows)[0])
+        if not (abs(length / shape.length - 1.0) < SAME_LENGTH and disagreement(rig, *rows)[0] < SAME_LENGTH * shape.length):
             continue
         usual = view.level or view.area
         cost = float(miss[0]) / FARTHEST + abs(float(np.log(mine.darkness / usual)))

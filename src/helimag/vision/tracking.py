@@ -13,7 +13,7 @@ from helimag.trajectory import Trajectory, versions
 from helimag.vision.alignment import Offset, at, find_offset, frame_interval
 from helimag.vision.cameras import Rig
 from helimag.vision.films import Film
-from helimag.vision.pose import Poses, apparent_length, darker_end, half_level, oriented, solve
+from helimag.vision.pose import Fit, Poses, darker_end, half_level, lengths, oriented, solve
 from helimag.vision.search import Sighting, search
 from helimag.vision.shape import Shape
 from helimag.vision.smoothing import smooth
@@ -117,20 +117,24 @@ def assemble(
             f"the device is in both views in {used.size} of {first.time.size} frames only; check clock_offset and the calibration"
         )
     rows = (first.rows[used], other[used])
-    length = apparent_length(rig, *rows)
+    length = float(np.nanmedian(lengths(rig, *rows)))
     fit = solve(rig, *rows, length)
-    poses = oriented(fit, darker_end(rig, fit, rows), length / 2.0 - half_level(shape, 1.0 / float(rig.cameras[0].scale(fit.middle[:1])[0])))
-    typical = max(1.0, float(np.median(poses.misfit)) / 0.79)  # the median of chi-square over its mean, at 3 degrees
-    bad = ~np.isfinite(poses.misfit) | (poses.misfit > MISFIT * typical) | ~rig.inside(poses.head, 1.5e-3)
-    kept = np.flatnonzero(~bad)
-    strays = _strays(first.time[used[kept]], poses.head[kept], poses.head_covariance[kept] * typical, interval)
+    finite = fit.misfit[np.isfinite(fit.misfit)]
+    typical = max(1.0, float(np.median(finite)) / 0.79) if finite.size else 1.0  # chi-square's median over its mean
+    good = np.isfinite(fit.misfit) & (fit.misfit <= MISFIT * typical) & rig.inside(fit.middle, 1.5e-3)
+    kept = np.flatnonzero(good)
+    if kept.size < 4:
+        raise InputError("the two views never agree on the device; check the calibration and which film is which")
+    fit = Fit(*(values[kept] for values in fit))
+    pixel = 1.0 / float(rig.cameras[0].scale(fit.middle[:1])[0])
+    darker = darker_end(rig, fit, (rows[0][kept], rows[1][kept]))
+    poses = oriented(fit, darker, length / 2.0 - half_level(shape, pixel))
+    strays = _strays(first.time[used[kept]], poses.head, poses.head_covariance * typical, interval)
     kept = kept[~strays]
+    poses = Poses(*(values[~strays] for values in poses))
     missing = np.full(used.size, True)
     missing[kept] = False
     reason[used[missing]] = 3
-    poses = Poses(*(values[kept] for values in poses))
-    if kept.size < 4:
-        raise InputError("the two views never agree on the device; check the calibration and which film is which")
     attributes = _attributes(first, second, reason, rig, shape, offset, length, interval)
     if scenario is not None:
         attributes["scenario"] = scenario
