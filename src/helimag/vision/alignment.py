@@ -56,7 +56,7 @@ def find_offset(first: Sighting, second: Sighting, rig: Rig) -> Offset:
     """The clock offset at which the two views' lines of sight miss each other least.
 
     The cost is the sum of squared misses; its curvature gives the standard deviation, with misses taken to be
-    independent once a half second.
+    independent once a half second; what the calibration may be off by is added.
     """
     seen = np.isfinite(first.rows[:, 0])
     times, middles = first.time[seen], first.rows[seen, :2]
@@ -87,6 +87,8 @@ def find_offset(first: Sighting, second: Sighting, rig: Rig) -> Offset:
     if np.isfinite(curvature) and curvature > 0.0:
         best += float(np.clip((low - high) / (2.0 * curvature * reach), -0.5, 0.5)) * reach
     independent = max(1.0, (times[-1] - times[0]) / 0.5)
-    sd = float(np.sqrt(2.0 * middle / (curvature * independent))) if np.isfinite(curvature) and curvature > 0.0 else np.inf
+    sd = np.inf
+    if np.isfinite(curvature) and curvature > 0.0:  # the cost is (speed x offset)^2: the calibration's error counts as an offset
+        sd = float(np.sqrt(2.0 * middle / (curvature * independent) + 2.0 * rig.accuracy**2 / curvature))
     found = sd < CERTAIN * step
     return Offset(best if found else 0.0, sd, found)

@@ -16,7 +16,7 @@ from helimag.vision.films import Film
 from helimag.vision.pose import Fit, Poses, darker_end, half_level, lengths, oriented, solve
 from helimag.vision.search import Sighting, search
 from helimag.vision.shape import Shape
-from helimag.vision.smoothing import smooth
+from helimag.smoothing import smooth
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

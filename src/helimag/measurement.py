@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.trajectory import Trajectory
-from helimag.vision.smoothing import smooth
+from helimag.smoothing import smooth
 
 Floats = NDArray[np.float64]
 
@@ -45,9 +45,10 @@ class Windows:
 def output(run: Trajectory, *, seed: int = 0) -> Measured:
     """Range of heights |y| of a run with its uncertainty; exact for a simulated run.
 
-    The value is that of :func:`helimag.gain.judge`. Noise makes a range larger: the interval allows for it, from runs
-    drawn with the measured covariance about the measured heights. The calibration's accuracy at two places and its error
-    of scale, which no averaging removes, are added.
+    The value is that of :func:`helimag.gain.judge`. Noise makes a range larger: the interval reaches lower by as much as the
+    measured covariance lengthens the range of runs drawn about the measured heights. The calibration's accuracy at two
+    places and its error of scale, which no averaging removes, are added. What happened in gaps is not known, and not allowed
+    for.
 
     Parameters
     ----------
@@ -73,8 +74,7 @@ def output(run: Trajectory, *, seed: int = 0) -> Measured:
     accuracy = float(attributes.get("position_accuracy", 0.0))
     scale = float(attributes.get("scale_sd", 0.0)) * value
     sd = float(np.sqrt(drawn_ranges.var() + 2.0 * accuracy**2 + scale**2))
-    best = max(value - excess, 0.0)
-    return Measured(value, sd, max(min(best - NORMAL_95 * sd, value), 0.0), max(best + NORMAL_95 * sd, value))
+    return Measured(value, sd, max(value - max(excess, 0.0) - NORMAL_95 * sd, 0.0), value + NORMAL_95 * sd)
 
 
 def gain(run: Trajectory, *, seed: int = 0) -> Measured:
