@@ -24,6 +24,7 @@ class Comparison:
     """Measured less simulated at the measured samples (SI, rad).
 
     ``difference`` (n, 3) has the standard deviations ``difference_sd`` (n, 3) of the measurement, zero where unknown;
+    ``simulated_time`` and ``simulated_path`` are the simulated run at its own samples, brought to the measured one.
     ``attack_difference`` (n,) is None where either run has no attack angle. The simulated run was moved by
     ``time_shift``, then turned by ``yaw`` about z, then moved by ``translation``. Its gain does not change by that.
     """
@@ -34,6 +35,8 @@ class Comparison:
     measured_position: Floats
     simulated_position: Floats
     difference_sd: Floats
+    simulated_time: Floats
+    simulated_path: Floats
     measured_attack: Floats | None
     simulated_attack: Floats | None
     attack_sd: Floats
@@ -61,7 +64,8 @@ class Comparison:
     def agrees(self) -> bool:
         """Whether both have the same verdict and the simulated gain lies in the measured gain's 95 % interval."""
         same = self.measured.verdict == self.simulated.verdict
-        return bool(same and self.measured_gain.low <= self.simulated_gain <= self.measured_gain.high)
+        slack = 1e-9 * self.simulated_gain  # of rounding
+        return bool(same and self.measured_gain.low - slack <= self.simulated_gain <= self.measured_gain.high + slack)
 
     @property
     def numbers(self) -> dict[str, Any]:
@@ -147,6 +151,8 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
         measured_position=_values(measured, "position")[inside],
         simulated_position=_at(simulated, "position", time - shift) @ turn.T + move,
         difference_sd=spread,
+        simulated_time=_values(simulated, "time") + shift,
+        simulated_path=_values(simulated, "position") @ turn.T + move,
         measured_attack=_values(measured, "attack_angle")[inside] if "attack_angle" in measured.dataset else None,
         simulated_attack=_at(simulated, "attack_angle", time - shift) if "attack_angle" in simulated.dataset else None,
         attack_sd=attack_sd,

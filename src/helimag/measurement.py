@@ -14,6 +14,7 @@ from helimag.smoothing import smooth
 Floats = NDArray[np.float64]
 
 DRAWS = 400
+TWICE_NOISY = 1.0 + 2.0**0.5  # a range grows with the noise's spread; noise drawn on top of noise makes that sqrt(2) times larger
 NORMAL_95 = 1.959963984540054
 
 
@@ -66,15 +67,18 @@ def output(run: Trajectory, *, seed: int = 0) -> Measured:
     random = np.random.default_rng(seed)
     ranges = []
     for _ in range(DRAWS // 50):
-        fresh, weights = smooth(time, random.standard_normal((time.size, 50)), interval)
-        drawn = height[:, None] + noise[:, None] * fresh / np.sqrt(np.sum(weights * weights, axis=1))[:, None]
+        fresh = random.standard_normal((time.size, 50))
+        if attributes.get("smoothed"):
+            fresh, weights = smooth(time, fresh, interval)
+            fresh = fresh / np.sqrt(np.sum(weights * weights, axis=1))[:, None]
+        drawn = height[:, None] + noise[:, None] * fresh
         ranges.append(np.ptp(drawn, axis=0))
     drawn_ranges = np.concatenate(ranges)
-    excess = float(drawn_ranges.mean()) - value
+    excess = TWICE_NOISY * max(float(drawn_ranges.mean()) - value, 0.0)
     accuracy = float(attributes.get("position_accuracy", 0.0))
     scale = float(attributes.get("scale_sd", 0.0)) * value
     sd = float(np.sqrt(drawn_ranges.var() + 2.0 * accuracy**2 + scale**2))
-    return Measured(value, sd, max(value - max(excess, 0.0) - NORMAL_95 * sd, 0.0), value + NORMAL_95 * sd)
+    return Measured(value, sd, max(value - excess - NORMAL_95 * sd, 0.0), value + NORMAL_95 * sd)
 
 
 def gain(run: Trajectory, *, seed: int = 0) -> Measured:

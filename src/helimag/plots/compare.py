@@ -25,14 +25,15 @@ def draw_comparison(comparison: Comparison) -> Figure:
     figure = Figure(figsize=(7.1, 6.2), layout="constrained")
     grid = figure.subplot_mosaic([["side", "side"], ["above", "above"], ["height", "attack"], ["difference", "text"]])
     time, cuts = comparison.time, _cuts(comparison)
-    measured, simulated = 1e3 * comparison.measured_position, 1e3 * comparison.simulated_position
+    shown = (comparison.simulated_time >= time[0]) & (comparison.simulated_time <= time[-1])
+    measured, simulated = 1e3 * comparison.measured_position, 1e3 * comparison.simulated_path[shown]
     for name, axis, label in (("side", 2, "z (mm)"), ("above", 1, "y (mm)")):
         panel = grid[name]
         panel.plot(simulated[:, 0], simulated[:, axis], color=SIMULATED, lw=1.0, label="simulated")
         _broken(panel, measured[:, 0], measured[:, axis], cuts, label="measured")
         panel.set(xlabel="x (mm)", ylabel=label)
     grid["side"].legend(frameon=False, loc="best", fontsize=7)
-    grid["height"].plot(time, simulated[:, 2], color=SIMULATED, lw=1.0)
+    grid["height"].plot(comparison.simulated_time[shown], simulated[:, 2], color=SIMULATED, lw=1.0)
     _broken(grid["height"], time, measured[:, 2], cuts)
     grid["height"].set(xlabel="time (s)", ylabel="height (mm)")
     if comparison.measured_attack is not None:

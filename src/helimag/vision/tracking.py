@@ -16,7 +16,7 @@ from helimag.vision.films import Film
 from helimag.vision.pose import Fit, Poses, darker_end, half_level, lengths, oriented, solve
 from helimag.vision.search import Sighting, search
 from helimag.vision.shape import Shape
-from helimag.smoothing import smooth
+from helimag.smoothing import DEGREE, POINTS, smooth
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -208,6 +208,7 @@ def _attributes(
         "frames_first": int(first.time.size),
         "frames_used": int((reason == 0).sum()),
         "frame_interval": interval,
+        "smoothed": f"local polynomial of degree {DEGREE} over {POINTS} frames",
         "clock_offset": offset.value,
         "clock_offset_sd": offset.sd if np.isfinite(offset.sd) else -1.0,
         "apparent_length": length,
