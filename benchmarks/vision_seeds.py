@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from helimag.errors import HelimagError
-from helimag.vision.calibration import calibrate
 from helimag.measurement import output
+from helimag.trajectory import Trajectory
+from helimag.vision.calibration import calibrate
 from helimag.vision.rendering import render_run
 from helimag.vision.scoring import score
 from helimag.vision.session import Session, render_session
 from helimag.vision.staged import staged
 from helimag.vision.synthetic import Effects, paper_rig
 from helimag.vision.tracking import track
-from helimag.trajectory import Trajectory
 
 STRAIGHT_SEEDS = 3  # with which refraction is also ignored
 LIMITS = {"rms_mm": 0.15, "worst_mm": 0.4, "attack_deg": 1.0}
@@ -57,7 +57,8 @@ def one(seed: int, duration: float, folder: Path) -> list[dict[str, float]]:
                 "clock_error_ms": 1e3 * (float(run.dataset.attrs["clock_offset"]) - effects.clock_offset),
             }
             print(
-                f"{seed:4d} {kind:9s} {name:9s} " + "  ".join(f"{key} {value:.3f}" for key, value in row.items() if key != "seed"),
+                f"{seed:4d} {kind:9s} {name:9s} "
+                + "  ".join(f"{key} {value:.3f}" for key, value in row.items() if key != "seed"),
                 flush=True,
             )
             rows.append(row | {"refracted": float(name == "refracted"), "kind": number})
@@ -78,7 +79,9 @@ def main() -> None:
         print(f"{key:12s} worst {max(row[key] for row in good):.3f}  (limit {limit})")
     if bad:
         ratio = np.median([row["rms_mm"] for row in bad]) / np.median([row["rms_mm"] for row in good])
-        print(f"refraction ignored: median rms {np.median([row['rms_mm'] for row in bad]):.3f} mm, {ratio:.0f} times larger")
+        print(
+            f"refraction ignored: median rms {np.median([row['rms_mm'] for row in bad]):.3f} mm, {ratio:.0f} times larger"
+        )
     inside = {kind: int(sum(row["y_inside"] for row in good if row["kind"] == kind)) for kind in range(3)}
     print(f"|y| inside its 95 % interval: held {inside[0]}, wobbling {inside[1]}, falling {inside[2]} of {seeds}")
     failed = len(good) < 3 * seeds or any(max(row[key] for row in good) > limit for key, limit in LIMITS.items())

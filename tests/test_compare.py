@@ -14,7 +14,16 @@ from helimag.trajectory import Trajectory
 from helimag.vision.staged import staged
 
 
-def noisy(run: Trajectory, spread: float, *, every: int = 3, yaw: float = 0.0, move: tuple[float, ...] = (0, 0, 0), late: float = 0.0, seed: int = 0) -> Trajectory:
+def noisy(
+    run: Trajectory,
+    spread: float,
+    *,
+    every: int = 3,
+    yaw: float = 0.0,
+    move: tuple[float, ...] = (0, 0, 0),
+    late: float = 0.0,
+    seed: int = 0,
+) -> Trajectory:
     """A run as a measurement might give it: fewer samples, noise, another frame, another clock."""
     time = run.dataset["time"].values[::every]
     cos, sin = np.cos(yaw), np.sin(yaw)

@@ -80,7 +80,9 @@ def test_oil_index_can_be_estimated(session: Session) -> None:
 
 @pytest.mark.parametrize("kind", ["held", "wobbling", "falling"])
 def test_staged_runs_end_to_end(kind: Kind, true_rig: Rig, calibration: Calibration, tmp_path: Path) -> None:
-    films = render_run(staged(kind, duration=5.0, seed=SEED), true_rig, tmp_path, effects=DRAFT, start=1.0, duration=1.5)
+    films = render_run(
+        staged(kind, duration=5.0, seed=SEED), true_rig, tmp_path, effects=DRAFT, start=1.0, duration=1.5
+    )
     run = track(films["front"], films["below"], calibration.rig, initial_gap=GAP)
     truth = Trajectory.load(films["truth"])
     result = score(run, truth)
@@ -94,7 +96,9 @@ def test_staged_runs_end_to_end(kind: Kind, true_rig: Rig, calibration: Calibrat
     assert float(run.dataset.attrs["clock_offset"]) == pytest.approx(DRAFT.clock_offset, abs=5e-3)
 
 
-def test_ignoring_refraction_is_several_times_worse(session: Session, calibration: Calibration, films: dict[str, Path]) -> None:
+def test_ignoring_refraction_is_several_times_worse(
+    session: Session, calibration: Calibration, films: dict[str, Path]
+) -> None:
     truth = Trajectory.load(films["truth"])
     good = score(track(films["front"], films["below"], calibration.rig, initial_gap=GAP), truth)
     straight = calibrate(session, refraction=False)
@@ -104,7 +108,9 @@ def test_ignoring_refraction_is_several_times_worse(session: Session, calibratio
 
 def test_bubble_reflection_and_a_lost_view(true_rig: Rig, tmp_path: Path) -> None:
     effects = replace(DRAFT, bubble=3e-3, reflection=0.5, hidden=(1, 0.4, 1.4))
-    films = render_run(staged("wobbling", duration=5.0, seed=3), true_rig, tmp_path, effects=effects, start=1.0, duration=3.0)
+    films = render_run(
+        staged("wobbling", duration=5.0, seed=3), true_rig, tmp_path, effects=effects, start=1.0, duration=3.0
+    )
     run = track(films["front"], films["below"], true_rig, initial_gap=GAP)
     result = score(run, Trajectory.load(films["truth"]))
     assert result.position_worst < 2e-3

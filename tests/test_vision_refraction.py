@@ -42,9 +42,7 @@ def fermat(point: np.ndarray, at: Wall) -> np.ndarray:
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
-@given(
-    x=st.floats(-0.1, 0.1), y=st.floats(-0.1, 0.1), depth=st.floats(0.001, 0.1), tilt=st.floats(-0.2, 0.2)
-)
+@given(x=st.floats(-0.1, 0.1), y=st.floats(-0.1, 0.1), depth=st.floats(0.001, 0.1), tilt=st.floats(-0.2, 0.2))
 def test_sight_takes_the_path_of_least_optical_length(x: float, y: float, depth: float, tilt: float) -> None:
     leaning = wall((tilt, 0.3 * tilt, 1.0))
     point = np.array([x, y, 0.0])
@@ -90,7 +88,9 @@ def test_points_before_the_wall_are_not_seen() -> None:
 
 
 def test_nearest_point_of_two_rays() -> None:
-    point, miss = nearest((np.array([0.0, 0.0, 0.0]), np.array([0.0, 1.0, 2.0])), (np.array([1.0, 0, 0]), np.array([0, 1.0, 0])))
+    point, miss = nearest(
+        (np.array([0.0, 0.0, 0.0]), np.array([0.0, 1.0, 2.0])), (np.array([1.0, 0, 0]), np.array([0, 1.0, 0]))
+    )
     assert np.allclose(point, [0.0, 0.0, 1.0])
     assert miss == pytest.approx(2.0)
 
@@ -119,8 +119,14 @@ def test_rig_goes_through_its_file_unchanged(tmp_path) -> None:  # type: ignore[
 
 @pytest.mark.parametrize(
     ("normal", "thickness", "indices"),
-    [([0.0, 0.0, 2.0], 0.005, (1.0, 1.49, 1.4)), ([0, 0, 1.0], -1.0, (1.0, 1.49, 1.4)), ([0, 0, 1.0], 0.005, (1.0, 0.9, 1.4))],
+    [
+        ([0.0, 0.0, 2.0], 0.005, (1.0, 1.49, 1.4)),
+        ([0, 0, 1.0], -1.0, (1.0, 1.49, 1.4)),
+        ([0, 0, 1.0], 0.005, (1.0, 0.9, 1.4)),
+    ],
 )
-def test_impossible_walls_are_refused(normal: list[float], thickness: float, indices: tuple[float, float, float]) -> None:
+def test_impossible_walls_are_refused(
+    normal: list[float], thickness: float, indices: tuple[float, float, float]
+) -> None:
     with pytest.raises(InputError, match="wall"):
         Wall(np.zeros(3), np.array(normal), thickness, indices)

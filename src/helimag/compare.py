@@ -174,7 +174,9 @@ def _at(run: Trajectory, name: str, times: Floats) -> Floats:
     """A run's variable at other instants, linearly between its samples."""
     values, known = _values(run, name), _values(run, "time")
     columns = values.reshape(known.size, -1)
-    return np.stack([np.interp(times, known, column) for column in columns.T], axis=1).reshape(times.size, *values.shape[1:])
+    return np.stack([np.interp(times, known, column) for column in columns.T], axis=1).reshape(
+        times.size, *values.shape[1:]
+    )
 
 
 def _inside(time: Floats, simulated: Trajectory, shift: float) -> NDArray[np.bool_]:

@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.trajectory import Trajectory
 from helimag.smoothing import smooth
+from helimag.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 
 DRAWS = 400
-TWICE_NOISY = 1.0 + 2.0**0.5  # a range grows with the noise's spread; noise drawn on top of noise makes that sqrt(2) times larger
+TWICE_NOISY = (
+    1.0 + 2.0**0.5
+)  # a range grows with the noise's spread; noise drawn on top of noise makes that sqrt(2) times larger
 NORMAL_95 = 1.959963984540054
 
 
@@ -96,7 +98,9 @@ def attack_windows(run: Trajectory, *, count: int = 8) -> Windows:
         Where the run has no attack angle, or ``count`` is not positive.
     """
     if "attack_angle" not in run.dataset:
-        raise InputError("a run must have attack angles to be cut into windows; an imported track without axes has none")
+        raise InputError(
+            "a run must have attack angles to be cut into windows; an imported track without axes has none"
+        )
     if count < 1:
         raise InputError(f"count must be at least 1; got {count}")
     time = np.asarray(run.dataset["time"].values, dtype=np.float64)

@@ -131,7 +131,9 @@ def calibrate(
         )
     if "oil_index" in report:
         print(f"oil         index {report['oil_index']:.4f}")
-    print(f"held out    {1e3 * report['held_out_rms_mm']:.0f} µm rms, scale within {100 * report['held_out_scale_error']:.3f} %")
+    print(
+        f"held out    {1e3 * report['held_out_rms_mm']:.0f} µm rms, scale within {100 * report['held_out_scale_error']:.3f} %"
+    )
     print(f"written to  {output}")
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
@@ -252,7 +254,9 @@ def _tell(run: "Trajectory", output: Path, json: bool) -> None:
     print(f"  gain          {numbers['gain']:.4f}, 95 % {numbers['gain_95'][0]:.4f} to {numbers['gain_95'][1]:.4f}")
     print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, 95 % {low:.3f} to {high:.3f} mm")
     if "attack_angle_deg" in numbers:
-        print(f"  attack angle  {numbers['attack_angle_deg']:.2f} deg, wobble {numbers['wobble_deg']:.2f} deg (second half)")
+        print(
+            f"  attack angle  {numbers['attack_angle_deg']:.2f} deg, wobble {numbers['wobble_deg']:.2f} deg (second half)"
+        )
     lost = sum(until - begin for begin, until, _ in numbers["gaps"])
     print(f"  samples       {numbers['samples']}, {len(numbers['gaps'])} gaps, {lost:.2f} s together")
     for begin, until, reason in [gap for gap in numbers["gaps"] if gap[1] - gap[0] > 0.5][:8]:

@@ -43,7 +43,9 @@ def draw_comparison(comparison: Comparison) -> Figure:
     grid["attack"].set(xlabel="time (s)", ylabel="attack angle (deg)")
     _differences(grid["difference"], comparison, cuts)
     grid["text"].axis("off")
-    grid["text"].text(0.0, 1.0, _summary(comparison), va="top", fontsize=7, linespacing=1.5, transform=grid["text"].transAxes)
+    grid["text"].text(
+        0.0, 1.0, _summary(comparison), va="top", fontsize=7, linespacing=1.5, transform=grid["text"].transAxes
+    )
     for panel in grid.values():
         panel.tick_params(labelsize=7)
         panel.xaxis.label.set_size(8)

@@ -88,7 +88,9 @@ def find_offset(first: Sighting, second: Sighting, rig: Rig) -> Offset:
         best += float(np.clip((low - high) / (2.0 * curvature * reach), -0.5, 0.5)) * reach
     independent = max(1.0, (times[-1] - times[0]) / 0.5)
     sd = np.inf
-    if np.isfinite(curvature) and curvature > 0.0:  # the cost is (speed x offset)^2: the calibration's error counts as an offset
+    if (
+        np.isfinite(curvature) and curvature > 0.0
+    ):  # the cost is (speed x offset)^2: the calibration's error counts as an offset
         sd = float(np.sqrt(2.0 * middle / (curvature * independent) + 2.0 * rig.accuracy**2 / curvature))
     found = sd < CERTAIN * step
     return Offset(best if found else 0.0, sd, found)

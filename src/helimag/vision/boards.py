@@ -44,7 +44,9 @@ class Board:
     def _board(self) -> Any:
         number = getattr(cv2.aruco, self.dictionary, None)
         if not self.dictionary.startswith("DICT_") or number is None:
-            raise InputError(f"board.dictionary must name a marker dictionary such as 'DICT_4X4_50'; got '{self.dictionary}'")
+            raise InputError(
+                f"board.dictionary must name a marker dictionary such as 'DICT_4X4_50'; got '{self.dictionary}'"
+            )
         dictionary = cv2.aruco.getPredefinedDictionary(number)
         try:
             return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, self.marker, dictionary)
@@ -78,7 +80,14 @@ class Board:
         width, height = camera.size
         margin = self.square / 4.0
         size = np.array([self.columns, self.rows]) * self.square
-        outline = np.array([[-margin, -margin, 0], [size[0] + margin, -margin, 0], [*(size + margin), 0], [-margin, size[1] + margin, 0]])
+        outline = np.array(
+            [
+                [-margin, -margin, 0],
+                [size[0] + margin, -margin, 0],
+                [*(size + margin), 0],
+                [-margin, size[1] + margin, 0],
+            ]
+        )
         seen = camera.project(outline @ rotation.T + place)
         shade = 190.0 + 12.0 * random.normal() * (np.mgrid[0:height, 0:width][1] / width - 0.5)
         picture = shade * 0.45
@@ -91,7 +100,9 @@ class Board:
         picture = cv2.GaussianBlur(picture, (0, 0), 0.7) + random.normal(0.0, 2.0, picture.shape)
         return np.clip(picture + 0.5, 0, 255).astype(np.uint8)
 
-    def _sampled(self, camera: Camera, rotation: Floats, place: Floats, low: NDArray[np.int64], high: NDArray[np.int64]) -> Floats:
+    def _sampled(
+        self, camera: Camera, rotation: Floats, place: Floats, low: NDArray[np.int64], high: NDArray[np.int64]
+    ) -> Floats:
         """Brightness of the board in a box of pixels, averaged over 2 x 2 rays a pixel; -1 beside the board."""
         columns = np.arange(low[0] - GRID, high[0] + GRID + 1, GRID, dtype=np.float64)
         rows = np.arange(low[1] - GRID, high[1] + GRID + 1, GRID, dtype=np.float64)

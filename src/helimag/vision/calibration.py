@@ -59,7 +59,9 @@ class Calibration:
     warnings: list[str]
 
 
-def calibrate(session: Session, *, refraction: bool = True, progress: Callable[[float], None] | None = None) -> Calibration:
+def calibrate(
+    session: Session, *, refraction: bool = True, progress: Callable[[float], None] | None = None
+) -> Calibration:
     """Intrinsics from pictures in air, then extrinsics, walls and lab frame from pictures in air and in the tank.
 
     Intrinsics and first extrinsics are OpenCV's. Then one least-squares fit of all pictures that both cameras share, in
@@ -149,7 +151,9 @@ def _common(first: Corners, second: Corners) -> tuple[NDArray[np.int64], Floats,
     return numbers, first[1][one], second[1][two]
 
 
-def _stereo(session: Session, found: list[dict[str, dict[str, Corners]]], cameras: list[Camera], names: list[str]) -> Pose:
+def _stereo(
+    session: Session, found: list[dict[str, dict[str, Corners]]], cameras: list[Camera], names: list[str]
+) -> Pose:
     """Pose of the second camera: from the first camera's frame to its own."""
     matched = [_common(found[0]["air"][name], found[1]["air"][name]) for name in names]
     points = [session.board.corners[numbers].astype(np.float32) for numbers, _, _ in matched]
@@ -178,7 +182,9 @@ def _board_pose(session: Session, camera: Camera, corners: Corners) -> Pose:
     return Pose.from_six(np.concatenate([turn.ravel(), shift.ravel()]))
 
 
-def _straight(session: Session, found: list[dict[str, dict[str, Corners]]], cameras: tuple[Camera, Camera], lab: Pose) -> Rig:
+def _straight(
+    session: Session, found: list[dict[str, dict[str, Corners]]], cameras: tuple[Camera, Camera], lab: Pose
+) -> Rig:
     posed = []
     for seen, camera in zip(found, cameras, strict=True):
         pose = _board_pose(session, camera, seen["oil"][session.datum]).after(lab.inverse)
@@ -192,7 +198,11 @@ class _Problem:
     BOARDS = 13
 
     def __init__(
-        self, session: Session, found: list[dict[str, dict[str, Corners]]], cameras: tuple[Camera, Camera], names: dict[str, list[str]]
+        self,
+        session: Session,
+        found: list[dict[str, dict[str, Corners]]],
+        cameras: tuple[Camera, Camera],
+        names: dict[str, list[str]],
     ) -> None:
         self.session = session
         self.cameras = cameras
@@ -288,7 +298,9 @@ class _Problem:
             f_scale=0.5,
             max_nfev=60,
         )
-        covariance = np.linalg.pinv(result.jac.T @ result.jac) * 2.0 * result.cost / max(1, result.fun.size - free.sum())
+        covariance = (
+            np.linalg.pinv(result.jac.T @ result.jac) * 2.0 * result.cost / max(1, result.fun.size - free.sum())
+        )
         spread = np.zeros(start.size)
         spread[free] = np.sqrt(np.diag(covariance))
         result.x, result.spread = whole(result.x), spread
@@ -336,7 +348,9 @@ class _Problem:
         }
 
 
-def _held_out(session: Session, rig: Rig, found: list[dict[str, dict[str, Corners]]], names: list[str]) -> dict[str, Any]:
+def _held_out(
+    session: Session, rig: Rig, found: list[dict[str, dict[str, Corners]]], names: list[str]
+) -> dict[str, Any]:
     """Triangulated corners of boards that the fit has not seen, against the board: rigid fit, and with a scale."""
     errors, scales, misses = [], [], []
     for name in names:
@@ -374,14 +388,18 @@ def cost_of_ignoring(rig: Rig) -> dict[str, float]:
     axes = [np.linspace(a, b, 7) for a, b in zip(low + inset, high - inset, strict=True)]
     points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
     pixels = [camera.project(points) for camera in rig.cameras]
-    seen = np.all([np.all(np.isfinite(p) & (p >= 0) & (p < c.size), axis=1) for p, c in zip(pixels, rig.cameras, strict=True)], axis=0)
+    seen = np.all(
+        [np.all(np.isfinite(p) & (p >= 0) & (p < c.size), axis=1) for p, c in zip(pixels, rig.cameras, strict=True)],
+        axis=0,
+    )
     if seen.sum() < 4:
         raise InputError("the cameras must both see the tank; the calibrated ones share less than four points of it")
     straight, _ = rig.without_refraction().triangulate(pixels[0][seen], pixels[1][seen])
     moved, _ = _rigid(points[seen], straight)
     return {
         "ignoring_refraction_rms_mm": 1e3 * float(np.sqrt(np.mean(np.sum((straight - points[seen]) ** 2, axis=1)))),
-        "ignoring_refraction_after_shift_rms_mm": 1e3 * float(np.sqrt(np.mean(np.sum((straight - moved) ** 2, axis=1)))),
+        "ignoring_refraction_after_shift_rms_mm": 1e3
+        * float(np.sqrt(np.mean(np.sum((straight - moved) ** 2, axis=1)))),
     }
 
 
@@ -404,5 +422,7 @@ def _warnings(session: Session, rig: Rig, report: dict[str, Any]) -> list[str]:
         )
     worst = max(report["intrinsics_rms_px"].values())
     if worst > 0.5:
-        warnings.append(f"intrinsics fit to {worst:.2f} px only; 0.5 px or less is usual: check for blur and a bent board")
+        warnings.append(
+            f"intrinsics fit to {worst:.2f} px only; 0.5 px or less is usual: check for blur and a bent board"
+        )
     return warnings

@@ -51,10 +51,7 @@ class Camera:
 
     def project(self, points: Floats) -> Floats:
         """Pixels (..., 2) at which points (..., 3) of the lab frame (m) are seen; NaN where they are not behind the wall."""
-        if self.wall is None:
-            seen = points - self.centre
-        else:
-            seen = sight(self.centre, points, self.wall)
+        seen = points - self.centre if self.wall is None else sight(self.centre, points, self.wall)
         local = np.ascontiguousarray((seen @ self.rotation.T).reshape(-1, 3))
         pixels, _ = cv2.projectPoints(local, np.zeros(3), np.zeros(3), self.matrix, self.distortion)
         return np.asarray(pixels, dtype=np.float64).reshape(*points.shape[:-1], 2)

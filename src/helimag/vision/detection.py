@@ -46,7 +46,7 @@ class Detection:
 
     def shifted(self, right: float, down: float) -> "Detection":
         """The same, seen from another corner of the picture."""
-        return replace(self, middle=self.middle + (right, down))
+        return replace(self, middle=(*self.middle, right, down))
 
     def along(self, other: "Detection") -> "Detection":
         """The same, with the half length pointing as another's does."""
@@ -76,11 +76,13 @@ def blobs(dark: Shades, threshold: float, least_area: float) -> list[tuple[slice
 
 def touches_edge(rows: slice, columns: slice, mask: NDArray[np.bool_], shape: tuple[int, ...]) -> bool:
     """Whether a blob may go on beyond the picture."""
-    beyond = rows.start == 0 and mask[0].any() or columns.start == 0 and mask[:, 0].any()
-    return bool(beyond or rows.stop >= shape[0] and mask[-1].any() or columns.stop >= shape[1] and mask[:, -1].any())
+    beyond = (rows.start == 0 and mask[0].any()) or (columns.start == 0 and mask[:, 0].any())
+    return bool(beyond or (rows.stop >= shape[0] and mask[-1].any()) or (columns.stop >= shape[1] and mask[:, -1].any()))
 
 
-def measure(dark: Shades, rows: slice, columns: slice, mask: NDArray[np.bool_], *, head_length: float) -> Detection | None:
+def measure(
+    dark: Shades, rows: slice, columns: slice, mask: NDArray[np.bool_], *, head_length: float
+) -> Detection | None:
     """Measure a blob; None where it has no extent.
 
     A slender blob's axis is a weighted line through its columns' centres. The weights fade out towards the ends (Hann), so

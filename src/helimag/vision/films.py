@@ -1,6 +1,7 @@
 """Films in and out: H.264 or MJPEG video files and folders of PNG or TIFF, frame by frame with their times."""
 
 import csv
+import itertools
 import os
 import queue
 import shutil
@@ -171,7 +172,9 @@ _FULL_RANGE = np.clip((np.arange(256) - 16) * 255.0 / 219.0 + 0.5, 0, 255).astyp
 
 
 def _pictures(folder: Path) -> list[Path]:
-    return sorted(file for file in folder.iterdir() if file.suffix.lower() in PICTURES and not file.name.startswith("."))
+    return sorted(
+        file for file in folder.iterdir() if file.suffix.lower() in PICTURES and not file.name.startswith(".")
+    )
 
 
 def _read_picture(file: Path) -> Picture:
@@ -198,7 +201,7 @@ def read_times(path: Path) -> list[float]:
         raise InputError(f"{path} must have a column time_s with one number a row") from None
     except OSError as error:
         raise FileError(f"{path} cannot be read: {error.strerror}") from None
-    if not all(later > earlier for earlier, later in zip(times, times[1:], strict=False)):
+    if not all(later > earlier for earlier, later in itertools.pairwise(times)):
         raise InputError(f"{path} must have times that rise from row to row")
     return times
 
@@ -332,7 +335,9 @@ def write_times(path: Path, times: Sequence[float]) -> None:
     path.write_text("time_s\n" + "".join(f"{time:.6f}\n" for time in times), encoding="utf-8")
 
 
-def together(first: Iterator[Frame], second: Iterator[Frame], watch: Callable[[float], None] | None = None) -> Iterator[tuple[int, float, Picture]]:
+def together(
+    first: Iterator[Frame], second: Iterator[Frame], watch: Callable[[float], None] | None = None
+) -> Iterator[tuple[int, float, Picture]]:
     """Frames of two films in the order of their times: (0 or 1, time, picture)."""
     sources = (first, second)
     waiting: list[Frame | None] = [next(first, None), next(second, None)]

@@ -83,7 +83,8 @@ def disagreement(rig: Rig, first: Floats, second: Floats) -> Floats:
     least = np.full(middle.shape[0], np.inf)
     for sign in (1.0, -1.0):
         misses = [
-            rig.triangulate(one[:, :2] + end * one[:, 2:4], two[:, :2] + sign * end * two[:, 2:4])[1] for end in (1.0, -1.0)
+            rig.triangulate(one[:, :2] + end * one[:, 2:4], two[:, :2] + sign * end * two[:, 2:4])[1]
+            for end in (1.0, -1.0)
         ]
         least = np.fmin(least, np.maximum(*misses))
     return least

@@ -226,7 +226,9 @@ def _body(camera: Camera, position: Floats, wire: Floats, shape: Shape) -> Marks
         bent = (line - (left, top)) * FINE + (FINE - 1) / 2.0
         cv2.polylines(fine, [np.round(bent * 16).astype(np.int32)], False, 255, thickness, cv2.LINE_8, 4)
         spot = np.round(((head - (left, top)) * FINE + (FINE - 1) / 2.0) * 16).astype(int)
-        cv2.circle(fine, (int(spot[0]), int(spot[1])), round(shape.head_radius * scale * FINE * 16), 255, -1, cv2.LINE_8, 4)
+        cv2.circle(
+            fine, (int(spot[0]), int(spot[1])), round(shape.head_radius * scale * FINE * 16), 255, -1, cv2.LINE_8, 4
+        )
         cover += cv2.resize(fine, (cover.shape[1], cover.shape[0]), interpolation=cv2.INTER_AREA) / (255.0 * SUBFRAMES)
     return (int(left), int(top), int(right), int(bottom)), cover
 

@@ -76,7 +76,9 @@ def review(
         followers.close()  # type: ignore[attr-defined]
 
 
-def _view(shot: Picture, camera: Camera, head: Floats, tail: Floats, segment: Floats, place: int, tracked: bool) -> Picture:
+def _view(
+    shot: Picture, camera: Camera, head: Floats, tail: Floats, segment: Floats, place: int, tracked: bool
+) -> Picture:
     small = cv2.resize(cv2.cvtColor(shot, cv2.COLOR_GRAY2RGB), (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
     zoom = np.array([WIDTH / camera.size[0], HEIGHT / camera.size[1]])
     _polylines(small, head[: place + 1] * zoom, segment[: place + 1], TRACK)
@@ -121,10 +123,17 @@ class _Stage:
             for b in range(a + 1, 8):
                 if np.sum(corners[a] != corners[b]) == 1:
                     ends = np.round(16 * self._at(corners[[a, b]])).astype(int)
-                    cv2.line(self.empty, tuple(ends[0].tolist()), tuple(ends[1].tolist()), (190, 190, 190), 1, cv2.LINE_AA, 4)
+                    cv2.line(
+                        self.empty, tuple(ends[0].tolist()), tuple(ends[1].tolist()), (190, 190, 190), 1, cv2.LINE_AA, 4
+                    )
         self.floor = low[2]
         self.low = low
-        _label(self.empty, f"tank {1e3 * (high - low)[0]:.0f} x {1e3 * (high - low)[1]:.0f} x {1e3 * (high - low)[2]:.0f} mm", (20, 30), INK)
+        _label(
+            self.empty,
+            f"tank {1e3 * (high - low)[0]:.0f} x {1e3 * (high - low)[1]:.0f} x {1e3 * (high - low)[2]:.0f} mm",
+            (20, 30),
+            INK,
+        )
         del head
 
     def _at(self, points: Floats) -> Floats:

@@ -25,7 +25,7 @@ SAMPLES = 32  # frames for the background
 FIRST_CONTRAST = 0.25  # darkness from which a blob counts while the device's own is not known
 HALF_CONTRAST = 0.45  # of the device's darkness: fainter blobs, such as reflections, are not it
 STEADY = 0.3  # change of summed darkness from which a blob is not the device alone
-FARTHEST = 15e-3  # by which lines of sight may miss each other while the clocks are not aligned (m)
+FARTHEST = 50e-3  # by which lines of sight may miss each other while the clocks are not aligned (m)
 BEYOND = 1.5e-3  # that a triangulated device may be outside the oil (m)
 SAME_LENGTH = 0.15  # by which the length of a found device may differ from what is expected
 TURNED = 0.25  # of its length: change of the half length between frames from which a blob is something else
@@ -229,7 +229,7 @@ def _look_back(view: _View) -> None:
         ]
         if not near:
             continue
-        place, when = min(near, key=lambda c: float(np.linalg.norm(c.middle - place.middle))).along(place), time  # noqa: B023
+        place, when = min(near, key=lambda c: float(np.linalg.norm(c.middle - place.middle))).along(place), time
         view.rows[index] = place.row
     view.pending.clear()
 
@@ -246,7 +246,9 @@ def _matched(view: _View, other: _View, which: int, rig: Rig, shape: Shape) -> D
         seen = (mine, theirs) if which == 0 else (theirs, mine)
         rows = (seen[0].row[None], seen[1].row[None])
         length = float(lengths(rig, *rows)[0])
-        if not (abs(length / shape.length - 1.0) < SAME_LENGTH and disagreement(rig, *rows)[0] < SAME_LENGTH * shape.length):
+        if not (
+            abs(length / shape.length - 1.0) < SAME_LENGTH and disagreement(rig, *rows)[0] < SAME_LENGTH * shape.length
+        ):
             continue
         usual = view.level or view.area
         cost = float(miss[0]) / FARTHEST + abs(float(np.log(mine.darkness / usual)))

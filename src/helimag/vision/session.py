@@ -84,7 +84,9 @@ class Session:
         try:
             return _session(data, source.parent)
         except KeyError as error:
-            raise InputError(f"{path} has no {error.args[0]}; see 'Track with two cameras' in the documentation") from None
+            raise InputError(
+                f"{path} has no {error.args[0]}; see 'Track with two cameras' in the documentation"
+            ) from None
         except (TypeError, AttributeError, ValueError) as error:
             raise InputError(f"{path}: {error}") from None
 
@@ -169,7 +171,13 @@ def _facing(tilt: Floats) -> Floats:
 
 
 def render_session(
-    rig: Rig, folder: str | Path, *, seed: int = 0, own: int = 10, shared: int = 6, oil: int = 12,
+    rig: Rig,
+    folder: str | Path,
+    *,
+    seed: int = 0,
+    own: int = 10,
+    shared: int = 6,
+    oil: int = 12,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Photograph a board as a person would to calibrate the rig, and write the session's file.

@@ -67,6 +67,4 @@ class Shape:
         u = np.linspace(0.0, self.helix_length, count)
         angle = 2.0 * np.pi * u / self.pitch
         radius = self.helix_radius
-        return np.stack(
-            [-self.head_reach - u, radius * np.cos(angle), self.chirality * radius * np.sin(angle)], axis=1
-        )
+        return np.stack([-self.head_reach - u, radius * np.cos(angle), self.chirality * radius * np.sin(angle)], axis=1)

@@ -62,7 +62,10 @@ def paper_rig(*, seed: int = 0, size: tuple[int, int] = (1280, 1024)) -> Rig:
     front = Wall(np.array([0.08, tank[0, 1] - 0.005, 0.0]), _tilted([0.0, 1.0, 0.0], random), 0.005)
     floor = Wall(np.array([0.08, 0.0, tank[0, 2] - 0.005]), _tilted([0.0, 0.0, 1.0], random), 0.005)
     cameras = []
-    for name, wall, up, focal in (("front", front, [0.0, 0.0, 1.0], 2500.0), ("below", floor, [0.0, -1.0, 0.0], 2600.0)):
+    for name, wall, up, focal in (
+        ("front", front, [0.0, 0.0, 1.0], 2500.0),
+        ("below", floor, [0.0, -1.0, 0.0], 2600.0),
+    ):
         target = middle + random.normal(0.0, 2e-3, 3)
         position = middle - np.round(wall.normal) * (0.35 + abs(float((middle - wall.point) @ np.round(wall.normal))))
         rotation, translation = looking(position + random.normal(0.0, 4e-3, 3), target, np.array(up))
@@ -108,5 +111,8 @@ def _edges(rig: Rig, view: int) -> list[tuple[Floats, Floats]]:
         corners = [(low[0], low[2]), (high[0], low[2]), (high[0], high[2]), (low[0], high[2])]
         points = [np.array([x, high[1], z]) for x, z in corners]
     else:
-        points = [np.array([x, y, high[2]]) for x, y in [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]]
+        points = [
+            np.array([x, y, high[2]])
+            for x, y in [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
+        ]
     return list(zip(points, points[1:] + points[:1], strict=True))

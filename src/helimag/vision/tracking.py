@@ -1,5 +1,6 @@
 """From two films and a calibration to a measured trajectory."""
 
+import itertools
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.gain import End
+from helimag.smoothing import DEGREE, POINTS, smooth
 from helimag.trajectory import Trajectory, versions
 from helimag.vision.alignment import Offset, at, find_offset, frame_interval
 from helimag.vision.cameras import Rig
@@ -16,7 +18,6 @@ from helimag.vision.films import Film
 from helimag.vision.pose import Fit, Poses, darker_end, half_level, lengths, oriented, solve
 from helimag.vision.search import Sighting, search
 from helimag.vision.shape import Shape
-from helimag.smoothing import DEGREE, POINTS, smooth
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -77,9 +78,7 @@ def track(
     sightings = search(films, rig, shape, progress=progress)
     _check_overlap(films, sightings, clock_offset)
     offset = find_offset(*sightings, rig) if clock_offset is None else Offset(clock_offset, 0.0, True)
-    return assemble(
-        sightings, rig, shape, offset, initial_gap=initial_gap, scenario=scenario, name=name
-    )
+    return assemble(sightings, rig, shape, offset, initial_gap=initial_gap, scenario=scenario, name=name)
 
 
 def _check_overlap(films: tuple[Film, Film], sightings: tuple[Sighting, Sighting], clock_offset: float | None) -> None:
@@ -179,7 +178,7 @@ def gaps_of(time: Floats, reason: NDArray[np.int64], interval: float) -> list[li
     """Stretches without a sample: [from, until, reason], the times those of the last sample before and the first after."""
     gaps: list[list[object]] = []
     good = np.flatnonzero(reason == 0)
-    for before, after in zip(good[:-1], good[1:], strict=True):
+    for before, after in itertools.pairwise(good):
         if after > before + 1:
             worst = int(np.bincount(reason[before + 1 : after]).argmax())
             gaps.append([float(time[before]), float(time[after]), REASONS[worst]])
@@ -189,7 +188,14 @@ def gaps_of(time: Floats, reason: NDArray[np.int64], interval: float) -> list[li
 
 
 def _attributes(
-    first: Sighting, second: Sighting, reason: NDArray[np.int64], rig: Rig, shape: Shape, offset: Offset, length: float, interval: float
+    first: Sighting,
+    second: Sighting,
+    reason: NDArray[np.int64],
+    rig: Rig,
+    shape: Shape,
+    offset: Offset,
+    length: float,
+    interval: float,
 ) -> dict[str, object]:
     gaps = gaps_of(first.time, reason, interval)
     warnings = list(rig.notes.get("warnings", []))
@@ -219,7 +225,9 @@ def _attributes(
     }
 
 
-def _trajectory(time: Floats, poses: Poses, typical: float, interval: float, attributes: dict[str, object]) -> Trajectory:
+def _trajectory(
+    time: Floats, poses: Poses, typical: float, interval: float, attributes: dict[str, object]
+) -> Trajectory:
     both, weights = smooth(time, np.concatenate([poses.head, poses.axis], axis=1), interval)
     calm = np.sum(weights * weights, axis=1)[:, None, None] * typical
     axis = both[:, 3:] / np.linalg.norm(both[:, 3:], axis=1, keepdims=True)
