@@ -1,7 +1,8 @@
 """Ten rigs, each calibrated from its own pictures, and three runs with each: errors against the truth.
 
-Run: python benchmarks/vision_seeds.py [SEEDS] [SECONDS]. Every seed draws its own camera poses, lenses, walls, light, noise,
-lost frames (5 %) and clock offset. "Straight" is the same with refraction ignored in calibration and tracking.
+Run: python benchmarks/vision_seeds.py [SEEDS] [SECONDS]. Every seed draws its own camera poses, lenses, walls, light,
+noise, lost frames (5 %) and clock offset. "Straight" is the same run with refraction ignored in calibration and
+tracking.
 """
 
 import sys
@@ -80,7 +81,8 @@ def main() -> None:
     if bad:
         ratio = np.median([row["rms_mm"] for row in bad]) / np.median([row["rms_mm"] for row in good])
         print(
-            f"refraction ignored: median rms {np.median([row['rms_mm'] for row in bad]):.3f} mm, {ratio:.0f} times larger"
+            f"refraction ignored: median rms {np.median([row['rms_mm'] for row in bad]):.3f} mm, {ratio:.0f} "
+            f"times larger"
         )
     inside = {kind: int(sum(row["y_inside"] for row in good if row["kind"] == kind)) for kind in range(3)}
     print(f"|y| inside its 95 % interval: held {inside[0]}, wobbling {inside[1]}, falling {inside[2]} of {seeds}")

@@ -1,4 +1,4 @@
-"""A measured run beside a simulated one: brought together in time and place, with uncertainty, judged by the same code."""
+"""A measured run beside a simulated one: brought together in time and place, and judged by the same code."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -15,7 +15,8 @@ Alignment = Literal["fit", "start", "none"]
 
 LATEST = 5.0  # shift in time that the fit tries (s)
 TRIES = 201
-WORTH = 0.02  # share by which a shift in time must lessen the rms difference to be used: along a steady path it is undetermined
+# share by which a shift in time must lessen the rms difference to be used: along a steady path it is undetermined
+WORTH = 0.02
 BEGINNING = 0.5  # over which the start is averaged (s)
 
 
@@ -130,7 +131,8 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
     inside = _inside(time, simulated, shift)
     if inside.sum() < 2:
         raise InputError(
-            f"the runs must overlap in time: the measured one lasts from {time[0]:.2f} s to {time[-1]:.2f} s, and shares "
+            f"the runs must overlap in time: the measured one lasts from {time[0]:.2f} s to {time[-1]:.2f} s, "
+            f"and shares "
             f"{int(inside.sum())} samples with the simulated one"
         )
     time = time[inside]

@@ -48,9 +48,11 @@ class Windows:
 def output(run: Trajectory, *, seed: int = 0) -> Measured:
     """Range of heights |y| of a run with its uncertainty; exact for a simulated run.
 
-    The value is that of :func:`helimag.gain.judge`. Noise makes a range larger: the interval reaches lower by as much as the
+    The value is that of :func:`helimag.gain.judge`. Noise makes a range larger: the interval reaches lower by as
+    much as the
     measured covariance lengthens the range of runs drawn about the measured heights. The calibration's accuracy at two
-    places and its error of scale, which no averaging removes, are added. What happened in gaps is not known, and not allowed
+    places and its error of scale, which no averaging removes, are added. What happened in gaps is not known, and not
+    allowed
     for.
 
     Parameters

@@ -25,7 +25,8 @@ def compare(
     simulated
         A trajectory file, such as "simulate" wrote.
     align
-        How the simulated run is brought to the measured one: "fit" turns it about the vertical, moves it and shifts it in
+        How the simulated run is brought to the measured one: "fit" turns it about the vertical, moves it and shifts
+        it in
         time; "start" moves its start; "none" leaves it.
     output
         Overlay figure to write: .png, .svg or .pdf.
@@ -50,7 +51,8 @@ def compare(
     print(f"{'|y| (mm)':14s}{1e3 * ours['output_y_m']:12.3f}{1e3 * theirs['output_y_m']:12.3f}")
     print(f"{'verdict':14s}{ours['verdict']:>12s}{theirs['verdict']:>12s}")
     print(
-        f"difference    {1e3 * numbers['difference_rms_m']:.3f} mm rms, {1e3 * numbers['difference_worst_m']:.3f} mm at most, over "
+        f"difference    {1e3 * numbers['difference_rms_m']:.3f} mm rms, "
+        f"{1e3 * numbers['difference_worst_m']:.3f} mm at most, over "
         f"{numbers['samples']} samples from {numbers['from_s']:.2f} s to {numbers['until_s']:.2f} s"
     )
     shift = ", ".join(f"{1e3 * value:.2f}" for value in numbers["translation_m"])

@@ -132,7 +132,8 @@ def calibrate(
     if "oil_index" in report:
         print(f"oil         index {report['oil_index']:.4f}")
     print(
-        f"held out    {1e3 * report['held_out_rms_mm']:.0f} µm rms, scale within {100 * report['held_out_scale_error']:.3f} %"
+        f"held out    {1e3 * report['held_out_rms_mm']:.0f} µm rms, scale within "
+        f"{100 * report['held_out_scale_error']:.3f} %"
     )
     print(f"written to  {output}")
     for warning in result.warnings:
@@ -209,7 +210,8 @@ def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), json
     Parameters
     ----------
     track
-        CSV with the columns time, x, y, z and, where known, attack_angle, x_sd, y_sd, z_sd; each head names its unit: x [mm].
+        CSV with the columns time, x, y, z and, where known, attack_angle, x_sd, y_sd, z_sd; each head names its
+        unit: x [mm].
     gap
         Height of the magnet above the device at the start, such as "102 mm".
     output
@@ -255,7 +257,8 @@ def _tell(run: "Trajectory", output: Path, json: bool) -> None:
     print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, 95 % {low:.3f} to {high:.3f} mm")
     if "attack_angle_deg" in numbers:
         print(
-            f"  attack angle  {numbers['attack_angle_deg']:.2f} deg, wobble {numbers['wobble_deg']:.2f} deg (second half)"
+            f"  attack angle  {numbers['attack_angle_deg']:.2f} deg, wobble {numbers['wobble_deg']:.2f} deg "
+            f"(second half)"
         )
     lost = sum(until - begin for begin, until, _ in numbers["gaps"])
     print(f"  samples       {numbers['samples']}, {len(numbers['gaps'])} gaps, {lost:.2f} s together")

@@ -76,7 +76,7 @@ def _differences(panel: Any, comparison: Comparison, cuts: NDArray[np.int64]) ->
             panel.plot(at, off[part], color=colour, lw=0.8, label=name if number == 0 else None)
             panel.fill_between(at, (off - band)[part], (off + band)[part], color=colour, alpha=0.2, lw=0)
     panel.axhline(0.0, color="0.6", lw=0.6, zorder=0)
-    panel.set(xlabel="time (s)", ylabel="measured − simulated (mm)")
+    panel.set(xlabel="time (s)", ylabel="measured less simulated (mm)")
     panel.legend(frameon=False, fontsize=7, ncols=3)
 
 
@@ -90,7 +90,8 @@ def _summary(comparison: Comparison) -> str:
             f"gain simulated {simulated['gain']:.4f}",
             f"|y| measured {1e3 * measured['output_y_m']:.3f} mm, simulated {1e3 * simulated['output_y_m']:.3f} mm",
             f"verdict measured {measured['verdict']}, simulated {simulated['verdict']}",
-            f"difference {1e3 * numbers['difference_rms_m']:.3f} mm rms, {1e3 * numbers['difference_worst_m']:.3f} mm at most",
+            f"difference {1e3 * numbers['difference_rms_m']:.3f} mm rms, "
+            f"{1e3 * numbers['difference_worst_m']:.3f} mm at most",
             f"simulated run moved by {numbers['time_shift_s']:.2f} s, turned by {numbers['yaw_deg']:.2f} deg,",
             "moved by " + ", ".join(f"{1e3 * value:.2f}" for value in numbers["translation_m"]) + " mm",
         ]

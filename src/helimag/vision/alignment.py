@@ -17,7 +17,8 @@ CERTAIN = 0.5  # frames: an offset less certain than this is not used
 
 
 class Offset(NamedTuple):
-    """How far the second clock is ahead (s), its standard deviation, and whether the films show enough motion to tell."""
+    """How far the second clock is ahead (s), its standard deviation, and whether the films show enough motion to
+    tell."""
 
     value: float
     sd: float
@@ -30,7 +31,8 @@ def frame_interval(time: Floats) -> float:
 
 
 def at(sighting: Sighting, times: Floats) -> Floats:
-    """Rows of a sighting at other instants (m, 10), by splines through its frames; NaN where frames are missing around one."""
+    """Rows of a sighting at other instants (m, 10), by splines through its frames; NaN where frames are missing
+    around one."""
     seen = np.isfinite(sighting.rows[:, 0])
     known, rows = sighting.time[seen], sighting.rows[seen]
     result = np.full((times.size, rows.shape[1]), np.nan)

@@ -27,8 +27,8 @@ def background(pictures: list[Picture], *, device_length: float, device_area: fl
     scene = np.percentile(np.stack(pictures), PERCENTILE, axis=0).astype(np.float32)
     side = int(device_length / 2.0) | 1
     closed = cv2.morphologyEx(scene, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
-    marks = ((closed - scene) > 0.12 * closed).astype(np.uint8)
-    marks = cv2.morphologyEx(marks, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    darker = ((closed - scene) > 0.12 * closed).astype(np.uint8)
+    marks = cv2.morphologyEx(darker, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(marks, connectivity=8)
     for label in range(1, count):
         extent = max(stats[label, cv2.CC_STAT_WIDTH], stats[label, cv2.CC_STAT_HEIGHT])

@@ -22,7 +22,8 @@ LEAST_CORNERS = 8  # of a board that is used
 
 @dataclass(frozen=True)
 class Board:
-    """A ChArUco board; its frame has the origin at the corner of the first square, x along rows, y down, z into the board.
+    """A ChArUco board; its frame has the origin at the corner of the first square, x along rows, y down, z into the
+    board.
 
     Parameters
     ----------
@@ -98,7 +99,7 @@ class Board:
         white = inside >= 0.0
         picture[region] = np.where(white, shade[region] * (0.12 + 0.88 * inside / 255.0), picture[region])
         picture = cv2.GaussianBlur(picture, (0, 0), 0.7) + random.normal(0.0, 2.0, picture.shape)
-        return np.clip(picture + 0.5, 0, 255).astype(np.uint8)
+        return np.asarray(np.clip(picture + 0.5, 0, 255), dtype=np.uint8)
 
     def _sampled(
         self, camera: Camera, rotation: Floats, place: Floats, low: NDArray[np.int64], high: NDArray[np.int64]

@@ -71,7 +71,8 @@ def calibrate(
     Parameters
     ----------
     refraction
-        False: take light to go straight, each camera posed by the datum alone, as one would without a model of the wall.
+        False: take light to go straight, each camera posed by the datum alone, as one would without a model of the
+        wall.
 
     Raises
     ------
@@ -382,7 +383,8 @@ def _rigid(points: Floats, seen: Floats) -> tuple[Floats, float]:
 
 
 def cost_of_ignoring(rig: Rig) -> dict[str, float]:
-    """How far off points in the tank would be (mm) if light were taken to go straight; and after the best rigid shift."""
+    """How far off points in the tank would be (mm) if light were taken to go straight; and after the best rigid
+    shift."""
     low, high = rig.tank
     inset = 0.1 * (high - low)
     axes = [np.linspace(a, b, 7) for a, b in zip(low + inset, high - inset, strict=True)]

@@ -1,7 +1,6 @@
 """Cameras that look through walls, and pairs of them: points to pixels and pixels to rays, in and out of JSON."""
 
 import json
-import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -50,7 +49,7 @@ class Camera:
         return np.asarray(-self.rotation.T @ self.translation)
 
     def project(self, points: Floats) -> Floats:
-        """Pixels (..., 2) at which points (..., 3) of the lab frame (m) are seen; NaN where they are not behind the wall."""
+        """Pixels (..., 2) at which points (..., 3) of the lab frame (m) are seen; NaN for points before the wall."""
         seen = points - self.centre if self.wall is None else sight(self.centre, points, self.wall)
         local = np.ascontiguousarray((seen @ self.rotation.T).reshape(-1, 3))
         pixels, _ = cv2.projectPoints(local, np.zeros(3), np.zeros(3), self.matrix, self.distortion)
@@ -94,7 +93,8 @@ class Rig:
     notes: dict[str, Any] = field(default_factory=dict)
 
     def triangulate(self, first: Floats, second: Floats) -> tuple[Floats, Floats]:
-        """Points (..., 3) in the lab frame (m) seen at pixels (..., 2) of both views, and how far their rays miss each other."""
+        """Points (..., 3) in the lab (m) seen at pixels (..., 2) of both views, and how far the rays miss each
+        other."""
         one, two = self.cameras[0].rays(first), self.cameras[1].rays(second)
         return nearest((one[0], two[0]), (one[1], two[1]))
 
@@ -113,7 +113,7 @@ class Rig:
         beside = target.with_name(f".{target.name}.part")
         try:
             beside.write_text(json.dumps(self._plain(), indent=1), encoding="utf-8")
-            os.replace(beside, target)
+            beside.replace(target)
         except OSError as error:
             raise FileError(f"{path} cannot be written: {error.strerror}") from None
 
@@ -189,7 +189,7 @@ def _camera(entry: dict[str, Any]) -> Camera:
 
 
 def looking(position: Floats, target: Floats, up: Floats) -> tuple[Floats, Floats]:
-    """Rotation (3, 3) and translation (3,) from lab to a camera at a position (m) that looks at a target, ``up`` upwards."""
+    """Rotation (3, 3) and translation (3,) from lab to a camera at a position (m) that looks at a target."""
     forward = (target - position) / np.linalg.norm(target - position)
     right = np.cross(forward, up)
     right /= np.linalg.norm(right)

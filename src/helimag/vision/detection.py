@@ -77,7 +77,9 @@ def blobs(dark: Shades, threshold: float, least_area: float) -> list[tuple[slice
 def touches_edge(rows: slice, columns: slice, mask: NDArray[np.bool_], shape: tuple[int, ...]) -> bool:
     """Whether a blob may go on beyond the picture."""
     beyond = (rows.start == 0 and mask[0].any()) or (columns.start == 0 and mask[:, 0].any())
-    return bool(beyond or (rows.stop >= shape[0] and mask[-1].any()) or (columns.stop >= shape[1] and mask[:, -1].any()))
+    return bool(
+        beyond or (rows.stop >= shape[0] and mask[-1].any()) or (columns.stop >= shape[1] and mask[:, -1].any())
+    )
 
 
 def measure(
@@ -85,7 +87,8 @@ def measure(
 ) -> Detection | None:
     """Measure a blob; None where it has no extent.
 
-    A slender blob's axis is a weighted line through its columns' centres. The weights fade out towards the ends (Hann), so
+    A slender blob's axis is a weighted line through its columns' centres. The weights fade out towards the ends
+    (Hann), so
     that the coils, whose number is not whole, do not lean it: unweighted, a helix of 4.5 turns leans by up to
     12 R / (k L^2), half a degree. Its ends are where the darkness along the axis crosses half its typical level.
 
@@ -94,12 +97,12 @@ def measure(
     head_length
         Length (px) over which the darkness of the two ends is compared.
     """
-    v, u = np.nonzero(mask)
-    weight = np.asarray(dark[rows, columns][v, u], dtype=np.float64)
+    down, right = np.nonzero(mask)
+    weight = np.asarray(dark[rows, columns][down, right], dtype=np.float64)
     total = float(weight.sum())
     if total < 4.0:
         return None
-    u, v = u + float(columns.start), v + float(rows.start)
+    u, v = right + float(columns.start), down + float(rows.start)
     middle = np.array([weight @ u, weight @ v]) / total
     du, dv = u - middle[0], v - middle[1]
     cross = float(weight @ (du * dv))
@@ -142,7 +145,7 @@ def _ends(s: Floats, weight: Floats) -> tuple[float, float] | None:
     place = s - low
     cell = place.astype(int)
     share = place - cell
-    profile = np.bincount(cell, weight * (1.0 - share), minlength=cell.max() + 3)
+    profile: Floats = np.bincount(cell, weight * (1.0 - share), minlength=cell.max() + 3)
     profile += np.bincount(cell + 1, weight * share, minlength=cell.max() + 3)
     profile = np.convolve(profile, [0.25, 0.5, 0.25], mode="same")
     level = 0.5 * float(np.median(profile[profile > 0.25 * profile.max()]))

@@ -2,7 +2,6 @@
 
 import csv
 import itertools
-import os
 import queue
 import shutil
 import threading
@@ -33,7 +32,8 @@ COMPLETE = 0.99  # share of the frames that a file's header announces
 class Film:
     """A film on disk: a video file, or a folder of numbered pictures.
 
-    Times come, in this order, from ``NAME.times.csv`` beside a video or ``times.csv`` in a folder (one column ``time_s``,
+    Times come, in this order, from ``NAME.times.csv`` beside a video or ``times.csv`` in a folder (one column
+    ``time_s``,
     a row a frame), from the video's own time stamps, or from ``rate`` (frames a second; folders need one of the two).
 
     Raises
@@ -325,7 +325,7 @@ class FilmWriter:
         if self.pictures is not None:
             write_times(self.beside / "times.csv", self.times)
             shutil.rmtree(self.path, ignore_errors=True)
-        os.replace(self.beside, self.path)
+        self.beside.replace(self.path)
         if self.pictures is None and self.path.suffix == ".avi":
             write_times(self.path.with_suffix(".times.csv"), self.times)
 

@@ -17,7 +17,7 @@ SHIFT, TURN = 1e-6, 1e-5  # of the differences (m, rad)
 
 
 class Fit(NamedTuple):
-    """Middle (n, 3) in m and axis (n, 3) whose sense is open, covariance (n, 5, 5) of middle and two turns, misfit a freedom."""
+    """Middle (n, 3) in m, axis (n, 3) of open sense, covariance (n, 5, 5) of middle and two turns, misfit a freedom."""
 
     middle: Floats
     axis: Floats
@@ -27,7 +27,8 @@ class Fit(NamedTuple):
 
 
 class Poses(NamedTuple):
-    """Head (n, 3) in m, long axis (n, 3) from helix to head, their covariances (n, 3, 3), misfit a degree of freedom."""
+    """Head (n, 3) in m, long axis (n, 3) from helix to head, their covariances (n, 3, 3), misfit a degree of
+    freedom."""
 
     head: Floats
     axis: Floats
@@ -39,7 +40,8 @@ class Poses(NamedTuple):
 def half_level(shape: Shape, pixel: float) -> float:
     """How far before the head's centre the silhouette's end is seen (m).
 
-    The end is where the blurred width falls through half that of the wire's band; a ball's blurred edge does so a little
+    The end is where the blurred width falls through half that of the wire's band; a ball's blurred edge does so a
+    little
     further out than the sharp one.
 
     Parameters
@@ -60,7 +62,8 @@ def half_level(shape: Shape, pixel: float) -> float:
 
 
 def first_guess(rig: Rig, first: Floats, second: Floats) -> tuple[Floats, Floats]:
-    """Middles (n, 3) by triangulation, and axes from the ends, paired across the views so that their lines of sight meet."""
+    """Middles (n, 3) by triangulation, and axes from the ends, paired across the views so that their lines of sight
+    meet."""
     middle, _ = rig.triangulate(first[:, :2], second[:, :2])
     best, least = np.zeros_like(middle), np.full(middle.shape[0], np.inf)
     for sign in (1.0, -1.0):

@@ -43,7 +43,8 @@ class Wall:
 
 
 def bend(direction: Floats, normal: Floats, before: float, behind: float) -> Floats:
-    """Snell's law for unit vectors: direction behind a flat face. (..., 3) and (3,), along the ray; NaN where none passes.
+    """Snell's law for unit vectors: direction behind a flat face. (..., 3) and (3,), along the ray; NaN where none
+    passes.
 
     The part along the face scales with the ratio of the indices; the part along the normal keeps the length one.
     """
@@ -78,8 +79,10 @@ def through(origin: Floats, direction: Floats, wall: Wall) -> tuple[Floats, Floa
 def sight(camera: Floats, points: Floats, wall: Wall) -> Floats:
     """Direction in which a camera sees points behind a wall.
 
-    Ray, normal and point lie in one plane, so one unknown is left: the sine s of the angle in air, for which the lateral
-    ways through the three layers, sum_i d_i s / sqrt((n_i / n_0)^2 - s^2), add up to the point's distance from the normal
+    Ray, normal and point lie in one plane, so one unknown is left: the sine s of the angle in air, for which the
+    lateral
+    ways through the three layers, sum_i d_i s / sqrt((n_i / n_0)^2 - s^2), add up to the point's distance from the
+    normal
     through the camera. The sum is convex and rises in s; Newton's method from the straight line converges.
 
     Parameters

@@ -44,7 +44,8 @@ class Motion:
             raise InputError("a run must have quaternions to be rendered; a measured one has none")
         if time.size < 4 or float(np.diff(time).max()) > COARSEST:
             raise InputError(
-                f"a run must have a sample at least every {COARSEST} s to be rendered; simulate it with --interval '0.02 s'"
+                f"a run must have a sample at least every {COARSEST} s to be rendered; simulate it with "
+                f"--interval '0.02 s'"
             )
         attitude = np.asarray(run.dataset["quaternion"].values)
         self.start, self.end = float(time[0]), float(time[-1])

@@ -155,7 +155,8 @@ class _View:
 def search(
     films: tuple[Film, Film], rig: Rig, shape: Shape, *, progress: Callable[[float], None] | None = None
 ) -> tuple[Sighting, Sighting]:
-    """Go through both films once and note where each view shows the device. Memory: a few frames, and 0.1 kB a frame of notes.
+    """Go through both films once and note where each view shows the device. Memory: a few frames, and 0.1 kB a frame
+    of notes.
 
     Raises
     ------
@@ -183,7 +184,8 @@ def search(
     for view in views:
         if not any(np.isfinite(row[0]) for row in view.rows):
             raise InputError(
-                f"the device was never found in view '{view.camera.name}' (together with the other); check that both films "
+                f"the device was never found in view '{view.camera.name}' (together with the other); check "
+                f"that both films "
                 "show the same run, that the calibration is theirs, and that the device is darker than its background"
             )
     return tuple(Sighting(np.array(view.times), np.stack(view.rows)) for view in views)  # type: ignore[return-value]
@@ -235,7 +237,8 @@ def _look_back(view: _View) -> None:
 
 
 def _matched(view: _View, other: _View, which: int, rig: Rig, shape: Shape) -> Detection | None:
-    """The candidate that fits the other view: lines of sight meet in the oil, and it is as dark as the device should be."""
+    """The candidate that fits the other view: lines of sight meet in the oil, and it is as dark as the device should
+    be."""
     partners = [other.last] if not other.lost and other.last is not None else other.candidates
     best, least = None, np.inf
     for mine, theirs in product(view.candidates, partners):

@@ -163,7 +163,8 @@ def read_pictures(folder: Path) -> dict[str, NDArray[np.uint8]]:
 
 
 def _facing(tilt: Floats) -> Floats:
-    """Attitude of a board seen by both cameras: in between the directions from the front and from below, then tilted."""
+    """Attitude of a board seen by both cameras: in between the directions from the front and from below, then
+    tilted."""
     into = np.array([0.0, 1.0, 1.0]) / np.sqrt(2.0)
     along = np.array([1.0, 0.0, 0.0])
     upright = np.stack([along, np.cross(into, along), into], axis=1)

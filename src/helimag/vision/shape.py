@@ -57,7 +57,8 @@ class Shape:
 
     @property
     def brightness_length(self) -> float:
-        """Width of the dark band that the wire casts on average over the helix (m): its projected area over its length."""
+        """Width of the dark band that the wire casts on average over the helix (m): its projected area over its
+        length."""
         angle = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
         slope = 2.0 * np.pi * self.helix_radius / self.pitch * np.cos(angle)
         return float(2.0 * self.wire_radius * np.mean(np.hypot(1.0, slope)))

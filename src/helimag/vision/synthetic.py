@@ -69,9 +69,9 @@ def paper_rig(*, seed: int = 0, size: tuple[int, int] = (1280, 1024)) -> Rig:
         target = middle + random.normal(0.0, 2e-3, 3)
         position = middle - np.round(wall.normal) * (0.35 + abs(float((middle - wall.point) @ np.round(wall.normal))))
         rotation, translation = looking(position + random.normal(0.0, 4e-3, 3), target, np.array(up))
-        focal *= 1.0 + random.normal(0.0, 0.005)
+        actual = focal * (1.0 + random.normal(0.0, 0.005))
         centre = np.array(size) / 2.0 - 0.5 + random.normal(0.0, 6.0, 2)
-        matrix = np.array([[focal, 0.0, centre[0]], [0.0, focal * 1.0004, centre[1]], [0.0, 0.0, 1.0]])
+        matrix = np.array([[actual, 0.0, centre[0]], [0.0, actual * 1.0004, centre[1]], [0.0, 0.0, 1.0]])
         distortion = np.array([-0.12, 0.09, 5e-4, -4e-4, 0.0]) * random.normal(1.0, 0.1, 5)
         cameras.append(Camera(name, matrix, distortion, rotation, translation, size, wall))
     return Rig((cameras[0], cameras[1]), tank)
@@ -96,8 +96,9 @@ def backdrop(rig: Rig, view: int, random: np.random.Generator) -> Floats:
         spot = (int(random.uniform(0, width)), int(random.uniform(0, height)))
         cv2.circle(dark, spot, int(random.integers(1, 3)), float(random.uniform(0.05, 0.3)), -1, cv2.LINE_AA)
     for _ in range(4):  # scratches
-        ends = random.uniform(0, 1, (2, 2)) * (width, height)
-        cv2.line(dark, *(tuple(int(v) for v in end) for end in ends), float(random.uniform(0.03, 0.1)), 1, cv2.LINE_AA)  # type: ignore[misc]
+        (left, top), (right, bottom) = (random.uniform(0, 1, (2, 2)) * (width, height)).astype(int).tolist()
+        shade = float(random.uniform(0.03, 0.1))
+        cv2.line(dark, (left, top), (right, bottom), shade, 1, cv2.LINE_AA)
     for start, end in _edges(rig, view):
         line = camera.project(np.linspace(start, end, 40))
         cv2.polylines(dark, [np.round(line).astype(np.int32)], False, 0.5, 3, cv2.LINE_AA)

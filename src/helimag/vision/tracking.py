@@ -88,8 +88,10 @@ def _check_overlap(films: tuple[Film, Film], sightings: tuple[Sighting, Sighting
     common = min(one[-1], two[-1]) - max(one[0], two[0])
     if min(one.size, two.size) < 4 or common < OVERLAP * longer:
         raise InputError(
-            f"films must show the same run: {films[0].path.name} has {one.size} frames from {one[0]:.2f} s to {one[-1]:.2f} s, "
-            f"{films[1].path.name} has {two.size} from {two[0]:.2f} s to {two[-1]:.2f} s; they share {max(common, 0.0):.2f} s"
+            f"films must show the same run: {films[0].path.name} has {one.size} frames from {one[0]:.2f} s to "
+            f"{one[-1]:.2f} s, "
+            f"{films[1].path.name} has {two.size} from {two[0]:.2f} s to {two[-1]:.2f} s; they share "
+            f"{max(common, 0.0):.2f} s"
         )
 
 
@@ -113,7 +115,8 @@ def assemble(
     used = np.flatnonzero(reason == 0)
     if used.size < 4:
         raise InputError(
-            f"the device is in both views in {used.size} of {first.time.size} frames only; check clock_offset and the calibration"
+            f"the device is in both views in {used.size} of {first.time.size} frames only; check clock_offset "
+            f"and the calibration"
         )
     rows = (first.rows[used], other[used])
     length = float(np.nanmedian(lengths(rig, *rows)))
@@ -134,7 +137,7 @@ def assemble(
     missing = np.full(used.size, True)
     missing[kept] = False
     reason[used[missing]] = 3
-    attributes = _attributes(first, second, reason, rig, shape, offset, length, interval)
+    attributes = _attributes(first, reason, rig, shape, offset, length, interval)
     if scenario is not None:
         attributes["scenario"] = scenario
     return _trajectory(
@@ -175,7 +178,8 @@ REASONS = ("", "not seen by the first camera", "not seen by the second camera", 
 
 
 def gaps_of(time: Floats, reason: NDArray[np.int64], interval: float) -> list[list[object]]:
-    """Stretches without a sample: [from, until, reason], the times those of the last sample before and the first after."""
+    """Stretches without a sample: [from, until, reason], the times those of the last sample before and the first
+    after."""
     gaps: list[list[object]] = []
     good = np.flatnonzero(reason == 0)
     for before, after in itertools.pairwise(good):
@@ -189,7 +193,6 @@ def gaps_of(time: Floats, reason: NDArray[np.int64], interval: float) -> list[li
 
 def _attributes(
     first: Sighting,
-    second: Sighting,
     reason: NDArray[np.int64],
     rig: Rig,
     shape: Shape,
@@ -204,7 +207,8 @@ def _attributes(
     expected = shape.length
     if abs(length / expected - 1.0) > 0.06:
         warnings.append(
-            f"the device looks {1e3 * length:.2f} mm long, and {1e3 * expected:.2f} mm is expected: check shape and calibration"
+            f"the device looks {1e3 * length:.2f} mm long, and {1e3 * expected:.2f} mm is expected: check "
+            f"shape and calibration"
         )
     report = rig.notes.get("report", {})
     return {

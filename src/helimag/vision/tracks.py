@@ -31,7 +31,8 @@ NEEDED = ("time", "x", "y", "z")
 
 
 def import_track(path: str | Path, *, initial_gap: float, name: str | None = None) -> Trajectory:
-    """Read a track: columns ``time``, ``x``, ``y``, ``z`` of the head, and where known ``attack_angle`` and standard deviations.
+    """Read a track: columns ``time``, ``x``, ``y``, ``z`` of the head, and where known ``attack_angle`` and standard
+    deviations.
 
     Each column's head names its unit, such as ``x [mm]`` or ``time (s)``; z points up. Rows with an empty position are
     gaps, and are left out.
