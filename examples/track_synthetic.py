@@ -1,4 +1,4 @@
-"""Film a staged run through plexiglass and oil, calibrate from a board, track, and check the track against the truth."""
+"""Film a staged run through plexiglass and oil, calibrate from a board, track, and check against the truth."""
 
 import tempfile
 from pathlib import Path

@@ -46,7 +46,7 @@ class Detection:
 
     def shifted(self, right: float, down: float) -> "Detection":
         """The same, seen from another corner of the picture."""
-        return replace(self, middle=(*self.middle, right, down))
+        return replace(self, middle=self.middle + np.array([right, down]))
 
     def along(self, other: "Detection") -> "Detection":
         """The same, with the half length pointing as another's does."""
@@ -145,9 +145,9 @@ def _ends(s: Floats, weight: Floats) -> tuple[float, float] | None:
     place = s - low
     cell = place.astype(int)
     share = place - cell
-    profile: Floats = np.bincount(cell, weight * (1.0 - share), minlength=cell.max() + 3)
-    profile += np.bincount(cell + 1, weight * share, minlength=cell.max() + 3)
-    profile = np.convolve(profile, [0.25, 0.5, 0.25], mode="same")
+    size = int(cell.max()) + 3
+    raw = np.bincount(cell, weight * (1.0 - share), size) + np.bincount(cell + 1, weight * share, size)
+    profile = np.convolve(raw, [0.25, 0.5, 0.25], mode="same")
     level = 0.5 * float(np.median(profile[profile > 0.25 * profile.max()]))
     above = np.flatnonzero(profile > level)
     first, last = int(above[0]), int(above[-1])

@@ -287,7 +287,9 @@ class FilmWriter:
             self.container = av.open(str(self.beside), "w", format=self.path.suffix[1:])
         except (av.error.FFmpegError, OSError) as error:
             raise FileError(f"{path} cannot be written: {error.strerror}") from None
-        self.stream = self.container.add_stream(codec, rate=Fraction(rate).limit_denominator(1001), options=options)
+        self.stream: Any = self.container.add_stream(
+            codec, rate=Fraction(rate).limit_denominator(1001), options=options
+        )
         self.stream.width, self.stream.height = size
         self.stream.pix_fmt = pixels
         if self.path.suffix == ".mp4":

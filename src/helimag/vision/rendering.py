@@ -199,7 +199,7 @@ def _frame(
     if effects.bubble > 0.0:
         half = (begin + end) / 2.0
         rise = np.array([[0.0, 0.0, BUBBLE_SPEED * (time - half)]])
-        centre = motion.pose(np.array([half]))[0] + [-5e-3, 0.0, 0.0] + rise
+        centre = motion.pose(np.array([half]))[0] + np.array([-5e-3, 0.0, 0.0]) + rise
         if centre[0, 2] < SURFACE - effects.bubble / 2.0:
             _bubble(picture, scene, centre, effects, random)
     return picture
