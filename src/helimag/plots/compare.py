@@ -48,8 +48,8 @@ def draw_comparison(comparison: Comparison) -> Figure:
     )
     for panel in grid.values():
         panel.tick_params(labelsize=7)
-        panel.xaxis.label.set_size(8)
-        panel.yaxis.label.set_size(8)
+        panel.xaxis.label.set_fontsize(8)
+        panel.yaxis.label.set_fontsize(8)
         panel.spines[["top", "right"]].set_visible(False)
     return figure
 

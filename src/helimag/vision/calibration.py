@@ -170,7 +170,7 @@ def _stereo(
         one.size,
         flags=cv2.CALIB_FIX_INTRINSIC,
     )
-    return Pose(np.asarray(rotation), np.asarray(translation).ravel())
+    return Pose(np.asarray(rotation, dtype=np.float64), np.asarray(translation, dtype=np.float64).ravel())
 
 
 def _board_pose(session: Session, camera: Camera, corners: Corners) -> Pose:

@@ -268,6 +268,7 @@ class FilmWriter:
         self.pictures = pictures
         self.colour = colour
         self.times: list[float] = []
+        self.rate = Fraction(rate).limit_denominator(1001)
         self.beside = self.path.with_name(f".part.{self.path.name}")
         if pictures is not None:
             shutil.rmtree(self.beside, ignore_errors=True)
@@ -308,7 +309,7 @@ class FilmWriter:
             if self.path.suffix == ".mp4":
                 frame.pts, frame.time_base = round(time * 90000), Fraction(1, 90000)
             else:
-                frame.pts, frame.time_base = len(self.times), 1 / Fraction(self.stream.rate)
+                frame.pts, frame.time_base = len(self.times), 1 / self.rate
             self.container.mux(self.stream.encode(frame))
         self.times.append(time)
 

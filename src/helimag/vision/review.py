@@ -79,7 +79,8 @@ def review(
 def _view(
     shot: Picture, camera: Camera, head: Floats, tail: Floats, segment: Floats, place: int, tracked: bool
 ) -> Picture:
-    small = cv2.resize(cv2.cvtColor(shot, cv2.COLOR_GRAY2RGB), (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    reduced = cv2.resize(cv2.cvtColor(shot, cv2.COLOR_GRAY2RGB), (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    small = np.asarray(reduced, np.uint8)
     zoom = np.array([WIDTH / camera.size[0], HEIGHT / camera.size[1]])
     _polylines(small, head[: place + 1] * zoom, segment[: place + 1], TRACK)
     if tracked:
@@ -89,7 +90,7 @@ def _view(
     _label(small, camera.name, (10, 22), INK)
     if not tracked:
         _label(small, "gap", (10, 44), GAP)
-    return np.asarray(small, np.uint8)
+    return small
 
 
 def _polylines(picture: Picture, points: Floats, segment: Floats, colour: tuple[int, int, int]) -> None:

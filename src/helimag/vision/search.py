@@ -127,7 +127,7 @@ class _View:
         if self.level:
             return abs(seen.darkness / self.level - 1.0) <= STEADY
         size = 2.0 * np.linalg.norm(seen.half) / self.length
-        return 0.35 < seen.darkness / self.area < 1.6 and size < 1.4
+        return bool(0.35 < seen.darkness / self.area < 1.6 and size < 1.4)
 
     def accept(self, seen: Detection, time: float, picture: Picture) -> Detection:
         """Take a detection as the device; it comes back with the sense of the one before."""
@@ -172,7 +172,7 @@ def search(
             )
         views.append(_begin(film, rig, camera, shape))
     total = max(1, films[0].announced + films[1].announced)
-    sources = [ahead(film.frames()) for film in films]
+    sources = (ahead(films[0].frames()), ahead(films[1].frames()))
     try:
         for number, (which, time, picture) in enumerate(together(*sources)):
             _step(views, which, time, picture, rig, shape)
@@ -231,7 +231,8 @@ def _look_back(view: _View) -> None:
         ]
         if not near:
             continue
-        place, when = min(near, key=lambda c: float(np.linalg.norm(c.middle - place.middle))).along(place), time
+        distances = [float(np.linalg.norm(candidate.middle - place.middle)) for candidate in near]
+        place, when = near[int(np.argmin(distances))].along(place), time
         view.rows[index] = place.row
     view.pending.clear()
 
