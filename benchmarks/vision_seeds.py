@@ -22,6 +22,7 @@ from helimag.vision.staged import staged
 from helimag.vision.synthetic import Effects, paper_rig
 from helimag.vision.tracking import track
 
+CROSSING = 10.0  # in which the device crosses the tank (s); a piece of this is filmed
 STRAIGHT_SEEDS = 3  # with which refraction is also ignored
 LIMITS = {"rms_mm": 0.15, "worst_mm": 0.4, "attack_deg": 1.0}
 
@@ -36,7 +37,9 @@ def one(seed: int, duration: float, folder: Path) -> list[dict[str, float]]:
     for number, kind in enumerate(("held", "wobbling", "falling")):
         random = np.random.default_rng(100 * seed + number)
         effects = Effects(seed=seed, dropped=0.05, clock_offset=float(random.uniform(-0.5, 0.5)))
-        films = render_run(staged(kind, duration=duration, seed=seed), true, folder / kind, effects=effects)
+        run = staged(kind, duration=CROSSING, seed=seed)
+        start = float(random.uniform(0.0, CROSSING - duration))
+        films = render_run(run, true, folder / kind, effects=effects, start=start, duration=duration)
         truth = Trajectory.load(films["truth"])
         for name, rig in rigs.items():
             try:

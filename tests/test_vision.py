@@ -201,7 +201,9 @@ def test_smoothing_keeps_speed_and_gaps() -> None:
     path = np.stack([0.8 * time, 0.3 * time**2, np.sin(2 * np.pi * 3.5 * time)], axis=1)
     smoothed, weights = smooth(time, path, 1.0 / 30.0)
     assert np.abs(smoothed[:, :2] - path[:, :2]).max() < 1e-12  # straight and curved paths come through unchanged
-    assert np.abs(smoothed[5:-5, 2] - path[5:-5, 2]).max() < 0.03
+    off = np.abs(smoothed[:, 2] - path[:, 2])
+    assert off[60:-5].max() < 0.02  # of a swing of 1 at 3.5 Hz
+    assert off.max() < 0.05  # next to a gap
     assert weights.sum(axis=1) == pytest.approx(1.0)
     noise, _ = smooth(time, np.random.default_rng(0).normal(size=(time.size, 200)), 1.0 / 30.0)
     assert noise[10:15].std() < 0.75

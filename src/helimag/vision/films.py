@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -288,9 +288,7 @@ class FilmWriter:
             self.container = av.open(str(self.beside), "w", format=self.path.suffix[1:])
         except (av.error.FFmpegError, OSError) as error:
             raise FileError(f"{path} cannot be written: {error.strerror}") from None
-        self.stream: Any = self.container.add_stream(
-            codec, rate=Fraction(rate).limit_denominator(1001), options=options
-        )
+        self.stream = cast(Any, self.container).add_stream(codec, rate=self.rate, options=options)
         self.stream.width, self.stream.height = size
         self.stream.pix_fmt = pixels
         if self.path.suffix == ".mp4":
