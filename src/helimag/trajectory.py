@@ -34,6 +34,14 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "attack_mean": (("time",), "rad", "mean attack angle since the sample before"),
     "attack_mean_square": (("time",), "rad2", "mean squared attack angle since the sample before"),
     "slips": (("time",), "1", "turns slipped against the field so far"),
+    "position_covariance": (
+        ("time", "axis", "other_axis"),
+        "m2",
+        "covariance of the measured position, frame to frame",
+    ),
+    "attack_angle_sd": (("time",), "rad", "standard deviation of the measured attack angle"),
+    "misfit": (("time",), "1", "disagreement of the two views, squared, over what is typical"),
+    "segment": (("time",), "1", "number of the stretch without gaps that a measured sample belongs to"),
 }
 
 

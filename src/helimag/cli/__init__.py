@@ -4,7 +4,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from helimag.cli import checks, pictures, runs, sweeps
+from helimag.cli import checks, compare, pictures, runs, sweeps, vision
 from helimag.errors import HelimagError, RunError
 
 app = App(
@@ -20,6 +20,8 @@ COMMANDS = (
     pictures.plot,
     pictures.reproduce,
     runs.resistance,
+    vision.app,
+    compare.compare,
     checks.doctor,
     checks.cite,
 )

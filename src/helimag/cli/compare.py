@@ -1,0 +1,61 @@
+"""The command that lays a measured and a simulated run side by side: compare."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from helimag.cli._shared import Json, print_json
+
+
+def compare(
+    measured: Path,
+    simulated: Path,
+    *,
+    align: Literal["fit", "start", "none"] = "fit",
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    json: Json = False,
+) -> None:
+    """Compare a measured run with a simulated one: difference with uncertainty, gain and verdict side by side.
+
+    Parameters
+    ----------
+    measured
+        A trajectory file, such as "vision track" wrote.
+    simulated
+        A trajectory file, such as "simulate" wrote.
+    align
+        How the simulated run is brought to the measured one: "fit" turns it about the vertical, moves it and shifts
+        it in
+        time; "start" moves its start; "none" leaves it.
+    output
+        Overlay figure to write: .png, .svg or .pdf.
+    """
+    from helimag.compare import compare as lay_side_by_side
+    from helimag.trajectory import Trajectory
+
+    comparison = lay_side_by_side(Trajectory.load(measured), Trajectory.load(simulated), align=align)
+    if output is not None:
+        from helimag import plots
+        from helimag.plots.compare import draw_comparison
+
+        plots.save(draw_comparison(comparison), output)
+    numbers = comparison.numbers
+    if json:
+        print_json(numbers)
+        return
+    ours, theirs = numbers["measured"], numbers["simulated"]
+    low, high = ours["gain_95"]
+    print(f"{'':14s}{'measured':>12s}{'simulated':>12s}")
+    print(f"{'gain':14s}{ours['gain']:12.4f}{theirs['gain']:12.4f}   measured 95 %: {low:.4f} to {high:.4f}")
+    print(f"{'|y| (mm)':14s}{1e3 * ours['output_y_m']:12.3f}{1e3 * theirs['output_y_m']:12.3f}")
+    print(f"{'verdict':14s}{ours['verdict']:>12s}{theirs['verdict']:>12s}")
+    print(
+        f"difference    {1e3 * numbers['difference_rms_m']:.3f} mm rms, "
+        f"{1e3 * numbers['difference_worst_m']:.3f} mm at most, over "
+        f"{numbers['samples']} samples from {numbers['from_s']:.2f} s to {numbers['until_s']:.2f} s"
+    )
+    shift = ", ".join(f"{1e3 * value:.2f}" for value in numbers["translation_m"])
+    print(f"alignment     {numbers['time_shift_s']:.2f} s, {numbers['yaw_deg']:.2f} deg about z, {shift} mm")
+    if output is not None:
+        print(f"written to    {output}")

@@ -1,0 +1,269 @@
+"""Commands about films: vision render, calibrate, track, import."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import App, Parameter
+
+from helimag.cli._shared import Json, print_json, progress_bar
+from helimag.errors import InputError
+
+if TYPE_CHECKING:
+    from helimag.trajectory import Trajectory
+
+app = App(name="vision", help="Two cameras: render synthetic films, calibrate, track, import tracks.")
+Folder = Annotated[Path, Parameter(name=["--output", "-o"])]
+
+
+@app.command
+def render(
+    run: Path,
+    *,
+    output: Folder,
+    kind: Literal["mp4", "avi", "png", "tiff"] = "mp4",
+    start: str = "0 s",
+    duration: str | None = None,
+    dropped: float = 0.0,
+    clock_offset: str = "0 s",
+    reflection: float = 0.35,
+    bubble: str = "0 mm",
+    boards: Annotated[bool, Parameter(negative="--no-boards")] = True,
+    seed: int = 0,
+) -> None:
+    """Film a simulated run as two cameras would see it through the tank's walls, with the truth beside it.
+
+    Parameters
+    ----------
+    run
+        A trajectory file with a sample at least every 0.05 s: simulate --interval "0.02 s" -o RUN.nc.
+    output
+        Folder for the films, truth.nc, true-rig.json, and the pictures of the board with calibration.toml.
+    kind
+        H.264, MJPEG, or folders of pictures.
+    start, duration
+        Part of the run to film. Default: all of it.
+    dropped
+        Share of the frames that are lost.
+    clock_offset
+        How far the second camera's clock is ahead.
+    reflection
+        Contrast of the mirror image in the oil's surface.
+    bubble
+        Diameter of a bubble that crosses both views at half time.
+    boards
+        Whether to render the pictures for a calibration too.
+    seed
+        Of the rig and of all that is random.
+    """
+    from helimag import quantities as q
+    from helimag.trajectory import Trajectory
+    from helimag.vision.rendering import render_run
+    from helimag.vision.session import render_session
+    from helimag.vision.synthetic import Effects, paper_rig
+
+    if not 0.0 <= dropped < 0.9:
+        raise InputError(f"--dropped must be a share from 0 to 0.9; got {dropped}")
+    effects = Effects(
+        dropped=dropped,
+        clock_offset=q.parse(clock_offset, q.TIME),
+        reflection=reflection,
+        bubble=q.parse(bubble, q.LENGTH),
+        seed=seed,
+    )
+    rig = paper_rig(seed=seed)
+    with progress_bar(f"filming {run.name}") as progress:
+        paths = render_run(
+            Trajectory.load(run),
+            rig,
+            output,
+            effects=effects,
+            kind=f".{kind}",
+            start=q.parse(start, q.TIME),
+            duration=None if duration is None else q.parse(duration, q.TIME),
+            progress=progress,
+        )
+    rig.save(output / "true-rig.json")
+    if boards:
+        with progress_bar("photographing the board") as progress:
+            paths["calibration"] = render_session(rig, output, seed=seed, progress=progress)
+    for name, path in paths.items():
+        print(f"{name:12s}{path}")
+
+
+@app.command
+def calibrate(
+    session: Path,
+    *,
+    output: Folder = Path("rig.json"),
+    ignore_refraction: Annotated[bool, Parameter(negative="")] = False,
+    json: Json = False,
+) -> None:
+    """Calibrate two cameras and the walls that they look through from pictures of a board.
+
+    Parameters
+    ----------
+    session
+        calibration.toml: board, tank, datum and folders of pictures.
+    output
+        Calibrated rig to write (JSON).
+    ignore_refraction
+        Take light to go straight. For comparison only.
+    """
+    import sys
+
+    from helimag.vision.calibration import calibrate as fit
+    from helimag.vision.session import Session
+
+    with progress_bar("calibrating") as progress:
+        result = fit(Session.load(session), refraction=not ignore_refraction, progress=progress)
+    result.rig.save(output)
+    if json:
+        print_json({**result.report, "warnings": result.warnings})
+        return
+    report = result.report
+    for name, rms in report["intrinsics_rms_px"].items():
+        joint = f", joint fit {report['joint_rms_px'][name]:.3f} px" if "joint_rms_px" in report else ""
+        print(f"{name:12s}intrinsics {rms:.3f} px rms{joint}")
+    for name, wall in report.get("walls", {}).items():
+        print(
+            f"{name:12s}wall at {wall['distance_mm']:.2f} ± {wall['distance_sd_mm']:.2f} mm, "
+            f"{wall['tilt_to_camera_deg']:.2f} deg off the optical axis"
+        )
+    if "oil_index" in report:
+        print(f"oil         index {report['oil_index']:.4f}")
+    print(
+        f"held out    {1e3 * report['held_out_rms_mm']:.0f} µm rms, scale within "
+        f"{100 * report['held_out_scale_error']:.3f} %"
+    )
+    print(f"written to  {output}")
+    for warning in result.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+
+
+@app.command
+def track(
+    first: Path,
+    second: Path,
+    *,
+    rig: Path,
+    gap: str | None = None,
+    scenario: str | None = None,
+    output: Folder = Path("measured.nc"),
+    rate: float | None = None,
+    clock_offset: str | None = None,
+    review: Path | None = None,
+    json: Json = False,
+) -> None:
+    """Track the device through two films and judge the run by the same code as a simulated one.
+
+    Parameters
+    ----------
+    first, second
+        The films of the rig's first and second camera: .mp4, .avi, or folders of PNG or TIFF pictures.
+    rig
+        What calibrate wrote.
+    gap
+        Height of the magnet above the device at the start, such as "102 mm": the input of the gain.
+    scenario
+        Preset or TOML file of the run; gives the gap and the device's shape.
+    output
+        Trajectory file to write.
+    rate
+        Frames a second, where the films do not say.
+    clock_offset
+        How far the second clock is ahead. Default: found from the films.
+    review
+        Clip to write: both views with the track drawn on, and the path in space.
+    """
+    from helimag import quantities as q
+    from helimag.vision.cameras import Rig
+    from helimag.vision.review import review as draw_clip
+    from helimag.vision.shape import Shape
+    from helimag.vision.tracking import track as follow
+
+    gap_length, shape, toml = _known(gap, scenario)
+    calibrated = Rig.load(rig)
+    with progress_bar("tracking") as progress:
+        run = follow(
+            first,
+            second,
+            calibrated,
+            initial_gap=gap_length,
+            shape=shape,
+            clock_offset=None if clock_offset is None else q.parse(clock_offset, q.TIME),
+            rate=rate,
+            scenario=toml,
+            name=output.stem,
+            progress=progress,
+        )
+    run.save(output)
+    if review is not None:
+        with progress_bar("drawing the clip") as progress:
+            draw_clip(run, first, second, calibrated, review, shape=shape or Shape(), rate=rate, progress=progress)
+    _tell(run, output, json)
+
+
+@app.command(name="import")
+def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), json: Json = False) -> None:
+    """Make a trajectory of a track from another tool, and judge it.
+
+    Parameters
+    ----------
+    track
+        CSV with the columns time, x, y, z and, where known, attack_angle, x_sd, y_sd, z_sd; each head names its
+        unit: x [mm].
+    gap
+        Height of the magnet above the device at the start, such as "102 mm".
+    output
+        Trajectory file to write.
+    """
+    from helimag import quantities as q
+    from helimag.vision.tracks import import_track
+
+    run = import_track(track, initial_gap=q.parse(gap, q.LENGTH))
+    run.save(output)
+    _tell(run, output, json)
+
+
+def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | None]:
+    """Initial gap (m), shape and text of the scenario, from the options that were given."""
+    from helimag import quantities as q
+
+    if scenario is None:
+        if gap is None:
+            raise InputError("--gap or --scenario must be given: the gain needs the height of the magnet at the start")
+        return q.parse(gap, q.LENGTH), None, None
+    from helimag._pack import initial_gap
+    from helimag.scenario import load
+    from helimag.vision.shape import Shape
+
+    known = load(scenario)
+    length = initial_gap(known) if gap is None else q.parse(gap, q.LENGTH)
+    return length, Shape.of(known.device), known.to_toml()
+
+
+def _tell(run: "Trajectory", output: Path, json: bool) -> None:
+    import sys
+
+    from helimag.measurement import report
+
+    numbers = report(run)
+    if json:
+        print_json(numbers)
+        return
+    low, high = (1e3 * bound for bound in numbers["output_y_95_m"])
+    print(f"{output.stem}: {numbers['verdict']}, {numbers['reason']}")
+    print(f"  gain          {numbers['gain']:.4f}, 95 % {numbers['gain_95'][0]:.4f} to {numbers['gain_95'][1]:.4f}")
+    print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, 95 % {low:.3f} to {high:.3f} mm")
+    if "attack_angle_deg" in numbers:
+        print(
+            f"  attack angle  {numbers['attack_angle_deg']:.2f} deg, wobble {numbers['wobble_deg']:.2f} deg "
+            f"(second half)"
+        )
+    lost = sum(until - begin for begin, until, _ in numbers["gaps"])
+    print(f"  samples       {numbers['samples']}, {len(numbers['gaps'])} gaps, {lost:.2f} s together")
+    for begin, until, reason in [gap for gap in numbers["gaps"] if gap[1] - gap[0] > 0.5][:8]:
+        print(f"    gap         {begin:.2f} s to {until:.2f} s: {reason}")
+    print(f"  written to    {output}")
+    for warning in numbers["warnings"]:
+        print(f"warning: {warning}", file=sys.stderr)

@@ -1,0 +1,98 @@
+"""A measured and a simulated run laid over one another."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from helimag.compare import Comparison
+from helimag.measurement import NORMAL_95
+
+Floats = NDArray[np.float64]
+
+MEASURED, SIMULATED = "#0072B2", "#D55E00"
+
+
+def draw_comparison(comparison: Comparison) -> Figure:
+    """Paths from the side and from above, height and attack angle over time, and the difference with its 95 % band.
+
+    Returns
+    -------
+    Figure
+        matplotlib; one column wide enough for two columns of a paper.
+    """
+    figure = Figure(figsize=(7.1, 6.2), layout="constrained")
+    grid = figure.subplot_mosaic([["side", "side"], ["above", "above"], ["height", "attack"], ["difference", "text"]])
+    time, cuts = comparison.time, _cuts(comparison)
+    shown = (comparison.simulated_time >= time[0]) & (comparison.simulated_time <= time[-1])
+    measured, simulated = 1e3 * comparison.measured_position, 1e3 * comparison.simulated_path[shown]
+    for name, axis, label in (("side", 2, "z (mm)"), ("above", 1, "y (mm)")):
+        panel = grid[name]
+        panel.plot(simulated[:, 0], simulated[:, axis], color=SIMULATED, lw=1.0, label="simulated")
+        _broken(panel, measured[:, 0], measured[:, axis], cuts, label="measured")
+        panel.set(xlabel="x (mm)", ylabel=label)
+    grid["side"].legend(frameon=False, loc="best", fontsize=7)
+    grid["height"].plot(comparison.simulated_time[shown], simulated[:, 2], color=SIMULATED, lw=1.0)
+    _broken(grid["height"], time, measured[:, 2], cuts)
+    grid["height"].set(xlabel="time (s)", ylabel="height (mm)")
+    if comparison.measured_attack is not None:
+        _broken(grid["attack"], time, np.degrees(comparison.measured_attack), cuts)
+    if comparison.simulated_attack is not None:
+        grid["attack"].plot(time, np.degrees(comparison.simulated_attack), color=SIMULATED, lw=1.0, zorder=1)
+    grid["attack"].set(xlabel="time (s)", ylabel="attack angle (deg)")
+    _differences(grid["difference"], comparison, cuts)
+    grid["text"].axis("off")
+    grid["text"].text(
+        0.0, 1.0, _summary(comparison), va="top", fontsize=7, linespacing=1.5, transform=grid["text"].transAxes
+    )
+    for panel in grid.values():
+        panel.tick_params(labelsize=7)
+        panel.xaxis.label.set_fontsize(8)
+        panel.yaxis.label.set_fontsize(8)
+        panel.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def _cuts(comparison: Comparison) -> NDArray[np.int64]:
+    """Where the measured samples have a gap."""
+    steps = np.diff(comparison.time)
+    return np.flatnonzero(steps > 1.6 * np.median(steps)) + 1 if steps.size else np.zeros(0, np.int64)
+
+
+def _broken(panel: Any, across: Floats, up: Floats, cuts: NDArray[np.int64], label: str | None = None) -> None:
+    parts = zip(np.split(across, cuts), np.split(up, cuts), strict=True)
+    for number, (x, y) in enumerate(parts):
+        mark = "." if x.size == 1 else ""
+        panel.plot(x, y, color=MEASURED, lw=0.9, marker=mark, ms=2, label=label if number == 0 else None)
+
+
+def _differences(panel: Any, comparison: Comparison, cuts: NDArray[np.int64]) -> None:
+    for axis, (name, colour) in enumerate((("x", "#009E73"), ("y", "#CC79A7"), ("z", "#0072B2"))):
+        off = 1e3 * comparison.difference[:, axis]
+        band = 1e3 * NORMAL_95 * comparison.difference_sd[:, axis]
+        for number, part in enumerate(np.split(np.arange(comparison.time.size), cuts)):
+            at = comparison.time[part]
+            panel.plot(at, off[part], color=colour, lw=0.8, label=name if number == 0 else None)
+            panel.fill_between(at, (off - band)[part], (off + band)[part], color=colour, alpha=0.2, lw=0)
+    panel.axhline(0.0, color="0.6", lw=0.6, zorder=0)
+    panel.set(xlabel="time (s)", ylabel="measured less simulated (mm)")
+    panel.legend(frameon=False, fontsize=7, ncols=3)
+
+
+def _summary(comparison: Comparison) -> str:
+    numbers = comparison.numbers
+    measured, simulated = numbers["measured"], numbers["simulated"]
+    low, high = measured["gain_95"]
+    return "\n".join(
+        [
+            f"gain measured {measured['gain']:.4f}, 95 % {low:.4f} to {high:.4f}",
+            f"gain simulated {simulated['gain']:.4f}",
+            f"|y| measured {1e3 * measured['output_y_m']:.3f} mm, simulated {1e3 * simulated['output_y_m']:.3f} mm",
+            f"verdict measured {measured['verdict']}, simulated {simulated['verdict']}",
+            f"difference {1e3 * numbers['difference_rms_m']:.3f} mm rms, "
+            f"{1e3 * numbers['difference_worst_m']:.3f} mm at most",
+            f"simulated run moved by {numbers['time_shift_s']:.2f} s, turned by {numbers['yaw_deg']:.2f} deg,",
+            "moved by " + ", ".join(f"{1e3 * value:.2f}" for value in numbers["translation_m"]) + " mm",
+        ]
+    )

@@ -1,0 +1,1 @@
+"""Two cameras: synthetic pictures, calibration with refraction, tracking, measured trajectories."""

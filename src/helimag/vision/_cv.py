@@ -1,0 +1,12 @@
+"""OpenCV, or the name of the extra that brings it."""
+
+from helimag.errors import MissingExtra
+
+try:
+    import cv2
+except ImportError:
+    raise MissingExtra("tracking needs OpenCV; install it with: pip install 'helimag[vision]'") from None
+
+cv2.setNumThreads(1)  # pictures are small; two views are two threads already
+
+__all__ = ["cv2"]

@@ -1,0 +1,197 @@
+"""Cameras that look through walls, and pairs of them: points to pixels and pixels to rays, in and out of JSON."""
+
+import json
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import FileError, InputError
+from helimag.vision._cv import cv2
+from helimag.vision.refraction import Wall, nearest, sight, through
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera and the wall that it looks through.
+
+    Parameters
+    ----------
+    name
+        Such as "front".
+    matrix
+        (3, 3): focal lengths and principal point (px).
+    distortion
+        (5,): k1, k2, p1, p2, k3 of OpenCV's lens model.
+    rotation, translation
+        (3, 3) and (3,): from lab (m) to camera, x right, y down, z along the optical axis.
+    size
+        Width and height of the picture (px).
+    wall
+        None for a camera that sees everything through air, or whose refraction is ignored.
+    """
+
+    name: str
+    matrix: Floats
+    distortion: Floats
+    rotation: Floats
+    translation: Floats
+    size: tuple[int, int]
+    wall: Wall | None = None
+
+    @property
+    def centre(self) -> Floats:
+        """Centre of projection in the lab frame (m): (3,)."""
+        return np.asarray(-self.rotation.T @ self.translation)
+
+    def project(self, points: Floats) -> Floats:
+        """Pixels (..., 2) at which points (..., 3) of the lab frame (m) are seen; NaN for points before the wall."""
+        seen = points - self.centre if self.wall is None else sight(self.centre, points, self.wall)
+        local = np.ascontiguousarray((seen @ self.rotation.T).reshape(-1, 3))
+        pixels, _ = cv2.projectPoints(local, np.zeros(3), np.zeros(3), self.matrix, self.distortion)
+        return np.asarray(pixels, dtype=np.float64).reshape(*points.shape[:-1], 2)
+
+    def rays(self, pixels: Floats) -> tuple[Floats, Floats]:
+        """Origins (m) and unit directions, each (..., 3) in the lab frame, of what is seen at pixels (..., 2)."""
+        flat = np.ascontiguousarray(pixels.reshape(-1, 1, 2), dtype=np.float64)
+        plane = cv2.undistortPoints(flat, self.matrix, self.distortion).reshape(-1, 2)
+        local = np.concatenate([plane, np.ones((plane.shape[0], 1))], axis=1)
+        local /= np.linalg.norm(local, axis=1, keepdims=True)
+        direction = (local @ self.rotation).reshape(*pixels.shape[:-1], 3)
+        if self.wall is None:
+            return np.broadcast_to(self.centre, direction.shape), direction
+        return through(self.centre, direction, self.wall)
+
+    def scale(self, points: Floats) -> Floats:
+        """Pixels a metre (...) across the line of sight at points (..., 3), over a tenth of a millimetre."""
+        step = 1e-4
+        right = self.rotation[0]
+        return np.asarray(np.linalg.norm(self.project(points + step * right) - self.project(points), axis=-1) / step)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Two calibrated cameras and the tank.
+
+    Parameters
+    ----------
+    cameras
+        The first gives the clock.
+    tank
+        (2, 3): lowest and highest corner of the oil in the lab frame (m).
+    accuracy
+        What the calibration claims for a point in the tank (m, one standard deviation), 0 where the rig is exact.
+    """
+
+    cameras: tuple[Camera, Camera]
+    tank: Floats
+    accuracy: float = 0.0
+    notes: dict[str, Any] = field(default_factory=dict)
+
+    def triangulate(self, first: Floats, second: Floats) -> tuple[Floats, Floats]:
+        """Points (..., 3) in the lab (m) seen at pixels (..., 2) of both views, and how far the rays miss each
+        other."""
+        one, two = self.cameras[0].rays(first), self.cameras[1].rays(second)
+        return nearest((one[0], two[0]), (one[1], two[1]))
+
+    def inside(self, points: Floats, margin: float = 0.0) -> NDArray[np.bool_]:
+        """Whether points (..., 3) are in the tank, or at most ``margin`` (m) beyond a wall."""
+        return np.asarray(np.all((points >= self.tank[0] - margin) & (points <= self.tank[1] + margin), axis=-1))
+
+    def without_refraction(self) -> "Rig":
+        """The same cameras, with light taken to go straight."""
+        first, second = (replace(camera, wall=None) for camera in self.cameras)
+        return replace(self, cameras=(first, second))
+
+    def save(self, path: str | Path) -> None:
+        """Write JSON; beside first, then renamed."""
+        target = Path(path)
+        beside = target.with_name(f".{target.name}.part")
+        try:
+            beside.write_text(json.dumps(self._plain(), indent=1), encoding="utf-8")
+            beside.replace(target)
+        except OSError as error:
+            raise FileError(f"{path} cannot be written: {error.strerror}") from None
+
+    def _plain(self) -> dict[str, Any]:
+        cameras = []
+        for camera in self.cameras:
+            wall = camera.wall
+            cameras.append(
+                {
+                    "name": camera.name,
+                    "matrix_px": camera.matrix.tolist(),
+                    "distortion": camera.distortion.tolist(),
+                    "rotation": camera.rotation.tolist(),
+                    "translation_m": camera.translation.tolist(),
+                    "size_px": list(camera.size),
+                    "wall": None
+                    if wall is None
+                    else {
+                        "point_m": wall.point.tolist(),
+                        "normal": wall.normal.tolist(),
+                        "thickness_m": wall.thickness,
+                        "indices": list(wall.indices),
+                    },
+                }
+            )
+        return {"cameras": cameras, "tank_m": self.tank.tolist(), "accuracy_m": self.accuracy, "notes": self.notes}
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Rig":
+        """Read what :meth:`save` wrote.
+
+        Raises
+        ------
+        FileError
+            Where the file cannot be read.
+        InputError
+            Where it is not a rig.
+        """
+        try:
+            data = json.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise FileError(f"{path} cannot be read: {error.strerror}") from None
+        except ValueError as error:
+            raise InputError(f"{path} is not JSON: {error}") from None
+        try:
+            first, second = (_camera(entry) for entry in data["cameras"])
+            tank = np.array(data["tank_m"], dtype=np.float64).reshape(2, 3)
+            return cls((first, second), tank, float(data["accuracy_m"]), dict(data["notes"]))
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(
+                f"{path} is not a calibrated pair of cameras ({error!r}); 'helimag vision calibrate' writes one"
+            ) from None
+
+
+def _camera(entry: dict[str, Any]) -> Camera:
+    wall = entry["wall"]
+    return Camera(
+        name=str(entry["name"]),
+        matrix=np.array(entry["matrix_px"], dtype=np.float64).reshape(3, 3),
+        distortion=np.array(entry["distortion"], dtype=np.float64).reshape(5),
+        rotation=np.array(entry["rotation"], dtype=np.float64).reshape(3, 3),
+        translation=np.array(entry["translation_m"], dtype=np.float64).reshape(3),
+        size=(int(entry["size_px"][0]), int(entry["size_px"][1])),
+        wall=None
+        if wall is None
+        else Wall(
+            np.array(wall["point_m"], dtype=np.float64),
+            np.array(wall["normal"], dtype=np.float64),
+            float(wall["thickness_m"]),
+            (float(wall["indices"][0]), float(wall["indices"][1]), float(wall["indices"][2])),
+        ),
+    )
+
+
+def looking(position: Floats, target: Floats, up: Floats) -> tuple[Floats, Floats]:
+    """Rotation (3, 3) and translation (3,) from lab to a camera at a position (m) that looks at a target."""
+    forward = (target - position) / np.linalg.norm(target - position)
+    right = np.cross(forward, up)
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    return rotation, np.asarray(-rotation @ position)

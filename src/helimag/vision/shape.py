@@ -1,0 +1,71 @@
+"""What the device looks like: points on its body, and where its ends are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.scenario import Device
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Sizes of the device (m); body frame as everywhere: origin at the head's centre, x towards the nose."""
+
+    head_reach: float = 0.36e-3
+    head_radius: float = 0.36e-3
+    helix_length: float = 11.7e-3
+    helix_radius: float = 0.2572e-3
+    pitch: float = 2.59e-3
+    wire_radius: float = 0.2128e-3
+    chirality: float = 1.0
+
+    @classmethod
+    def of(cls, device: Device) -> "Shape":
+        """The shape of a scenario's device."""
+        return cls(
+            head_reach=device.head.reach,
+            head_radius=device.head.radius,
+            helix_length=device.helix.length,
+            helix_radius=device.helix.radius,
+            pitch=device.helix.pitch,
+            wire_radius=device.helix.wire_radius,
+            chirality=1.0 if device.helix.handedness == "left" else -1.0,
+        )
+
+    @property
+    def nose(self) -> float:
+        """Front end on the long axis (m)."""
+        return self.head_reach
+
+    @property
+    def tail(self) -> float:
+        """Rear end on the long axis (m)."""
+        return -(self.head_reach + self.helix_length)
+
+    @property
+    def length(self) -> float:
+        """From end to end (m)."""
+        return self.nose - self.tail
+
+    @property
+    def width(self) -> float:
+        """Outer diameter of the helix (m)."""
+        return 2.0 * (self.helix_radius + self.wire_radius)
+
+    @property
+    def brightness_length(self) -> float:
+        """Width of the dark band that the wire casts on average over the helix (m): its projected area over its
+        length."""
+        angle = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
+        slope = 2.0 * np.pi * self.helix_radius / self.pitch * np.cos(angle)
+        return float(2.0 * self.wire_radius * np.mean(np.hypot(1.0, slope)))
+
+    def wire(self, count: int = 73) -> Floats:
+        """Points (count, 3) on the helix' centreline in the body frame (m), see the conventions of the model."""
+        u = np.linspace(0.0, self.helix_length, count)
+        angle = 2.0 * np.pi * u / self.pitch
+        radius = self.helix_radius
+        return np.stack([-self.head_reach - u, radius * np.cos(angle), self.chirality * radius * np.sin(angle)], axis=1)

@@ -1,0 +1,119 @@
+"""A synthetic rig: two cameras on the tank of the paper, drawn as hard as the real thing, with the truth beside it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.vision._cv import cv2
+from helimag.vision.cameras import Camera, Rig, looking
+from helimag.vision.refraction import Wall
+
+Floats = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+SURFACE = 3.5e-3  # height of the oil's surface above the start of the straight runs (m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effects:
+    """What makes the pictures hard. Times in s, lengths in m, brightness in grey levels of 255.
+
+    Parameters
+    ----------
+    dropped
+        Share of the frames of each view that are lost.
+    clock_offset
+        How much the second camera's clock is ahead.
+    exposure
+        Of a frame; the device moves meanwhile.
+    noise
+        Standard deviation, at half brightness; shot noise rises with its root.
+    reflection
+        Contrast of the device's mirror image in the oil's surface, as the front view sees it (total reflection).
+    bubble
+        Diameter of an air bubble that rises through both views where the device is at half time; 0 for none.
+    hidden
+        (view, from, until): the device is out of that view in between.
+    """
+
+    rate: float = 30.0
+    exposure: float = 5e-3
+    dropped: float = 0.0
+    clock_offset: float = 0.0
+    noise: float = 2.0
+    blur: float = 0.7
+    reflection: float = 0.35
+    bubble: float = 0.0
+    hidden: tuple[int, float, float] | None = None
+    seed: int = 0
+
+
+def paper_rig(*, seed: int = 0, size: tuple[int, int] = (1280, 1024)) -> Rig:
+    """Two cameras on a plexiglass tank of 200 x 80 x 80 mm, 350 mm away, set up as well as a person would.
+
+    One looks along y through the front wall and one from below through the floor: both see the device broadside all
+    along the 160 mm of a straight run. From the end of the tank it would be seen end on, head before tail, and its
+    heading would hardly be observed. Each camera is off by a degree and some millimetres, drawn from ``seed``.
+    """
+    random = np.random.default_rng(seed)
+    tank = np.array([[-0.020, -0.040, SURFACE - 0.080], [0.180, 0.040, SURFACE]])
+    middle = np.array([0.080, 0.0, -0.020])
+    front = Wall(np.array([0.08, tank[0, 1] - 0.005, 0.0]), _tilted([0.0, 1.0, 0.0], random), 0.005)
+    floor = Wall(np.array([0.08, 0.0, tank[0, 2] - 0.005]), _tilted([0.0, 0.0, 1.0], random), 0.005)
+    cameras = []
+    for name, wall, up, focal in (
+        ("front", front, [0.0, 0.0, 1.0], 2500.0),
+        ("below", floor, [0.0, -1.0, 0.0], 2600.0),
+    ):
+        target = middle + random.normal(0.0, 2e-3, 3)
+        position = middle - np.round(wall.normal) * (0.35 + abs(float((middle - wall.point) @ np.round(wall.normal))))
+        rotation, translation = looking(position + random.normal(0.0, 4e-3, 3), target, np.array(up))
+        actual = focal * (1.0 + random.normal(0.0, 0.005))
+        centre = np.array(size) / 2.0 - 0.5 + random.normal(0.0, 6.0, 2)
+        matrix = np.array([[actual, 0.0, centre[0]], [0.0, actual * 1.0004, centre[1]], [0.0, 0.0, 1.0]])
+        distortion = np.array([-0.12, 0.09, 5e-4, -4e-4, 0.0]) * random.normal(1.0, 0.1, 5)
+        cameras.append(Camera(name, matrix, distortion, rotation, translation, size, wall))
+    return Rig((cameras[0], cameras[1]), tank)
+
+
+def _tilted(normal: list[float], random: np.random.Generator) -> Floats:
+    tilted = np.array(normal) + random.normal(0.0, 4e-3, 3)
+    return np.asarray(tilted / np.linalg.norm(tilted))
+
+
+def backdrop(rig: Rig, view: int, random: np.random.Generator) -> Floats:
+    """Brightness of the tank without the device, uneven, with dust, scratches and the tank's edges: (height, width)."""
+    camera = rig.cameras[view]
+    width, height = camera.size
+    down, across = np.mgrid[0:height, 0:width]
+    x, y = across / width - 0.5 + 0.1 * random.normal(), down / height - 0.5 + 0.1 * random.normal()
+    light = 205.0 * (1.0 - 0.45 * (x * x + y * y) + 0.12 * random.normal() * x + 0.12 * random.normal() * y)
+    patches = cv2.resize(random.normal(0.0, 1.0, (8, 10)), (width, height), interpolation=cv2.INTER_CUBIC)
+    light = light * (1.0 + 0.015 * patches)
+    dark = np.zeros((height, width), np.float32)
+    for _ in range(60):  # dust on the walls
+        spot = (int(random.uniform(0, width)), int(random.uniform(0, height)))
+        cv2.circle(dark, spot, int(random.integers(1, 3)), float(random.uniform(0.05, 0.3)), -1, cv2.LINE_AA)
+    for _ in range(4):  # scratches
+        (left, top), (right, bottom) = (random.uniform(0, 1, (2, 2)) * (width, height)).astype(int).tolist()
+        shade = float(random.uniform(0.03, 0.1))
+        cv2.line(dark, (left, top), (right, bottom), shade, 1, cv2.LINE_AA)
+    for start, end in _edges(rig, view):
+        line = camera.project(np.linspace(start, end, 40))
+        cv2.polylines(dark, [np.round(line).astype(np.int32)], False, 0.5, 3, cv2.LINE_AA)
+    return np.asarray(light * (1.0 - cv2.GaussianBlur(dark, (0, 0), 0.8)))
+
+
+def _edges(rig: Rig, view: int) -> list[tuple[Floats, Floats]]:
+    """The edges of the oil on the wall that lies opposite the camera."""
+    low, high = rig.tank
+    if view == 0:
+        corners = [(low[0], low[2]), (high[0], low[2]), (high[0], high[2]), (low[0], high[2])]
+        points = [np.array([x, high[1], z]) for x, z in corners]
+    else:
+        points = [
+            np.array([x, y, high[2]])
+            for x, y in [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
+        ]
+    return list(zip(points, points[1:] + points[:1], strict=True))

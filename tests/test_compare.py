@@ -1,0 +1,125 @@
+"""Measured beside simulated: known shifts are found, gains and verdicts agree, uncertainty is carried."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from helimag.cli import app
+from helimag.compare import compare
+from helimag.errors import InputError
+from helimag.measurement import attack_windows, output
+from helimag.trajectory import Trajectory
+from helimag.vision.staged import staged
+
+
+def noisy(
+    run: Trajectory,
+    spread: float,
+    *,
+    every: int = 3,
+    yaw: float = 0.0,
+    move: tuple[float, ...] = (0, 0, 0),
+    late: float = 0.0,
+    seed: int = 0,
+) -> Trajectory:
+    """A run as a measurement might give it: fewer samples, noise, another frame, another clock."""
+    time = run.dataset["time"].values[::every]
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    position = run.dataset["position"].values[::every] @ turn.T + np.array(move)
+    position = position + np.random.default_rng(seed).normal(0.0, spread, position.shape)
+    variables = {
+        "position": position,
+        "position_covariance": np.broadcast_to(spread**2 * np.eye(3), (time.size, 3, 3)),
+        "attack_angle": run.dataset["attack_angle"].values[::every],
+        "attack_angle_sd": np.full(time.size, 1e-3),
+    }
+    return Trajectory.from_arrays(time + late, variables, {"name": "m", "initial_gap": 0.102, "end": "horizon"})
+
+
+def test_known_alignment_is_found() -> None:
+    simulated = staged("wobbling", duration=8.0)
+    measured = noisy(simulated, 1e-5, yaw=0.1, move=(0.003, -0.002, 0.001), late=0.0)
+    found = compare(measured, simulated, align="fit")
+    assert found.yaw == pytest.approx(0.1, abs=1e-4)
+    assert found.time_shift == 0.0
+    assert found.numbers["difference_rms_m"] == pytest.approx(1e-5 * np.sqrt(3.0), rel=0.1)
+    assert found.numbers["share_within_95"] == pytest.approx(0.95, abs=0.03)
+
+
+def test_delay_beyond_the_common_start_is_found() -> None:
+    simulated = staged("wobbling", duration=8.0)
+    measured = noisy(simulated, 1e-6)
+    cut = Trajectory(measured.dataset.isel(time=slice(50, None)))  # the film begins 1.5 s into the run
+    found = compare(cut, simulated, align="fit")
+    assert found.time_shift == pytest.approx(0.0, abs=0.03)
+    assert found.numbers["difference_rms_m"] < 5e-5
+
+
+def test_alignment_at_the_start_and_none() -> None:
+    simulated = staged("held", duration=4.0)
+    measured = noisy(simulated, 0.0, move=(0.001, 0.0, 0.002), late=7.0)
+    assert compare(measured, simulated, align="start").translation == pytest.approx([0.001, 0.0, 0.002], abs=1e-9)
+    with pytest.raises(InputError, match="overlap in time"):
+        compare(measured, simulated, align="none")
+    with pytest.raises(InputError, match="fit, start or none"):
+        compare(measured, simulated, align="best")  # type: ignore[arg-type]
+
+
+def test_gain_does_not_depend_on_the_alignment() -> None:
+    simulated = staged("falling", duration=4.0)
+    measured = noisy(simulated, 0.0, every=1, yaw=0.3, move=(0.1, 0.2, 0.3))
+    numbers = compare(measured, simulated).numbers
+    assert numbers["measured"]["gain"] == pytest.approx(numbers["simulated"]["gain"], rel=1e-12)
+    assert numbers["agrees"]
+
+
+def test_runs_that_differ_do_not_agree() -> None:
+    found = compare(noisy(staged("held", duration=4.0), 1e-5), staged("falling", duration=4.0))
+    assert not found.agrees
+    assert found.numbers["difference_rms_m"] > 1e-3
+
+
+@pytest.mark.parametrize("spread", [5e-6, 5e-5])
+def test_interval_of_the_output_covers_the_truth(spread: float) -> None:
+    run = staged("held", duration=6.0)
+    true = output(noisy(run, 0.0)).value
+    sizes = [output(noisy(run, spread, seed=seed)) for seed in range(40)]
+    assert sum(size.low <= true <= size.high for size in sizes) >= 38
+    assert np.mean([size.high - size.low for size in sizes]) < 20.0 * spread  # and is of use
+
+
+def test_windows_of_the_attack_angle() -> None:
+    run = staged("wobbling", duration=8.0)
+    windows = attack_windows(run, count=4)
+    assert np.degrees(windows.mean) == pytest.approx(-6.0, abs=0.6)
+    assert np.degrees(windows.wobble) == pytest.approx(7.5 / np.sqrt(2.0), rel=0.05)
+    with pytest.raises(InputError, match="count"):
+        attack_windows(run, count=0)
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    simulated = staged("wobbling", duration=4.0)
+    simulated.save(tmp_path / "s.nc")
+    noisy(simulated, 1e-5).save(tmp_path / "m.nc")
+    app(["compare", str(tmp_path / "m.nc"), str(tmp_path / "s.nc"), "--json"])
+    numbers = json.loads(capsys.readouterr().out)
+    assert numbers["measured"]["verdict"] == numbers["simulated"]["verdict"]
+    low, high = numbers["measured"]["gain_95"]
+    assert low < numbers["measured"]["gain"] < high
+    assert numbers["agrees"] == (low <= numbers["simulated"]["gain"] <= high)
+    app(["compare", str(tmp_path / "m.nc"), str(tmp_path / "s.nc")])
+    assert "verdict" in capsys.readouterr().out
+
+
+def test_figure() -> None:
+    pytest.importorskip("matplotlib")
+    from helimag.plots.compare import draw_comparison
+
+    simulated = staged("wobbling", duration=4.0)
+    figure = draw_comparison(compare(noisy(simulated, 1e-5), simulated, align="none"))
+    height = figure.axes[2]
+    drawn = np.concatenate([line.get_ydata() for line in height.lines[:1]])
+    assert drawn.min() == pytest.approx(1e3 * simulated.dataset["position"].values[:, 2].min(), abs=0.05)
