@@ -4,7 +4,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from helimag.cli import checks, pictures, runs, sweeps
+from helimag.cli import checks, orbits, pictures, runs, sweeps
 from helimag.errors import HelimagError, RunError
 
 app = App(
@@ -17,6 +17,8 @@ COMMANDS = (
     runs.presets,
     runs.simulate,
     sweeps.sweep,
+    orbits.orbit,
+    orbits.design,
     pictures.plot,
     pictures.reproduce,
     runs.resistance,
