@@ -24,7 +24,7 @@ PAGES = sorted(
 )
 RUN_AS_WRITTEN = (
     "README",
-    *(f"docs/{name}" for name in ("tutorial", "howto/write-a-scenario", "howto/simulate", "howto/own-resistance")),
+    *(f"docs/{name}" for name in ("tutorial", "howto/write-a-scenario", "howto/simulate", "howto/own-resistance", "howto/orbit")),
 )
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 CLOSE = 0.02  # relative; the runs shown are sensitive to rounding, which differs between machines
