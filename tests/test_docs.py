@@ -24,7 +24,8 @@ PAGES = sorted(
 )
 RUN_AS_WRITTEN = (
     "README",
-    *(f"docs/{name}" for name in ("tutorial", "howto/write-a-scenario", "howto/simulate", "howto/own-resistance")),
+    "docs/tutorial",
+    *(f"docs/howto/{name}" for name in ("write-a-scenario", "simulate", "own-resistance", "orbit")),
 )
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 CLOSE = 0.02  # relative; the runs shown are sensitive to rounding, which differs between machines

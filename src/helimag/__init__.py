@@ -6,6 +6,7 @@ if TYPE_CHECKING:
     from helimag.errors import FileError, HelimagError, InputError, MissingExtra, RunError
     from helimag.gain import Verdict
     from helimag.hydrodynamics import resistance
+    from helimag.orbits import Orbit, find_orbit
     from helimag.scenario import Scenario, load, preset_names
     from helimag.simulation import simulate, simulate_many
     from helimag.sweeps import Plan, load_sweep, sweep
@@ -17,11 +18,13 @@ _HOMES = {
     "HelimagError": "errors",
     "InputError": "errors",
     "MissingExtra": "errors",
+    "Orbit": "orbits",
     "Plan": "sweeps",
     "RunError": "errors",
     "Scenario": "scenario",
     "Trajectory": "trajectory",
     "Verdict": "gain",
+    "find_orbit": "orbits",
     "load": "scenario",
     "load_sweep": "sweeps",
     "preset_names": "scenario",

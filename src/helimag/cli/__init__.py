@@ -4,7 +4,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from helimag.cli import checks, compare, pictures, runs, sweeps, vision
+from helimag.cli import checks, compare, orbits, pictures, robot, runs, sweeps, vision
 from helimag.errors import HelimagError, RunError
 
 app = App(
@@ -17,9 +17,12 @@ COMMANDS = (
     runs.presets,
     runs.simulate,
     sweeps.sweep,
+    orbits.orbit,
+    orbits.design,
     pictures.plot,
     pictures.reproduce,
     runs.resistance,
+    robot.app,
     vision.app,
     compare.compare,
     checks.doctor,

@@ -56,6 +56,7 @@ def simulate(
     interval: str | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     device: str = "cpu",
+    orbit: Annotated[bool, Parameter(negative="")] = False,
     json: Json = False,
 ) -> None:
     """Run a scenario and judge it.
@@ -70,6 +71,8 @@ def simulate(
         Write the trajectory to this netCDF file.
     device
         "cpu", or a CUDA device such as "cuda".
+    orbit
+        Say also what the run's orbit says about all time to come; takes a little longer.
     """
     from helimag.simulation import simulate as run
 
@@ -80,10 +83,17 @@ def simulate(
         trajectory = run(chosen, device=device, progress=progress)
     if output is not None:
         trajectory.save(output)
+    forever = None
+    if orbit:
+        from helimag.orbits import explain
+
+        forever = explain(trajectory)[1]
     if json:
-        print_json(_report(trajectory))
+        print_json(_report(trajectory) | ({} if forever is None else {"orbit": forever}))
     else:
         _print_summary(chosen, trajectory, output)
+        if forever is not None:
+            print(f"  for all time  {forever}")
 
 
 def _report(trajectory: "Trajectory") -> dict[str, Any]:

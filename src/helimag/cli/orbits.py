@@ -1,0 +1,244 @@
+"""Commands about orbits: orbit, design."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from helimag.cli._shared import (
+    Changes,
+    Json,
+    ScenarioName,
+    check_target,
+    degrees,
+    print_json,
+    progress_bar,
+    scenario_from,
+)
+from helimag.errors import InputError
+
+if TYPE_CHECKING:
+    from helimag.orbits import Branch, Orbit
+    from helimag.scenario import Scenario
+
+
+def orbit(
+    scenario: ScenarioName,
+    *,
+    changes: Changes = None,
+    every: Annotated[bool, Parameter(name="--all", negative="")] = False,
+    vary: str | None = None,
+    start: Annotated[str | None, Parameter(name="--from")] = None,
+    stop: Annotated[str | None, Parameter(name="--to")] = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    json: Json = False,
+) -> None:
+    """Find the orbit that a run settles on, whether it is stable, and over which inputs.
+
+    Parameters
+    ----------
+    every
+        List all orbits that a grid of starts around the magnet leads to.
+    vary
+        Follow the orbit through this input, such as drive.pitch.
+    start
+        Lowest value of that input, such as "8 deg".
+    stop
+        Highest value.
+    output
+        Draw the orbits along that input into this figure: .png, .svg or .pdf.
+    """
+    if output is not None:
+        if vary is None:
+            raise InputError("--output draws orbits along an input: name it with --vary")
+        check_target(output)
+    from helimag import orbits
+
+    chosen = scenario_from(scenario, changes)
+    if vary is None and (start is not None or stop is not None):
+        raise InputError("--from and --to need --vary with the input that they limit, such as --vary drive.pitch")
+    if vary is not None and (start is None or stop is None):
+        raise InputError(
+            "--vary needs --from and --to with the range of the input, such as --from '8 deg' --to '18 deg'"
+        )
+    if every:
+        with progress_bar(f"searching orbits of {chosen.name}"):
+            found = orbits.list_orbits(chosen)
+        _print_all(chosen, found, json)
+        return
+    result = orbits.find_orbit(chosen)
+    if vary is None or start is None or stop is None:
+        _print_one(result, json)
+        return
+    given = orbits.Input(vary)
+    low, high = given.read(chosen, start), given.read(chosen, stop)
+    with progress_bar(f"following the orbit through {vary}") as progress:
+        branch = orbits.follow(result, vary, low, high, progress=progress)
+    if output is not None:
+        from helimag import plots
+
+        plots.save(plots.draw_branch(branch), output)
+    _print_branch(result, branch, json)
+
+
+def design(
+    scenario: ScenarioName,
+    *,
+    changes: Changes = None,
+    speed: str | None = None,
+    radius: str | None = None,
+    limit: Annotated[
+        list[str] | None,
+        Parameter(
+            name="--limit",
+            negative="",
+            consume_multiple=False,
+            help='An input to choose with its range, such as --limit drive.pitch="5 deg..15 deg". May be repeated.',
+        ),
+    ] = None,
+    runs: int = 200,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    json: Json = False,
+) -> None:
+    """Find inputs whose orbit is stable with the largest margin, with tolerances that full runs confirm.
+
+    Parameters
+    ----------
+    speed
+        Wanted of the device, such as "0.5 mm/s".
+    radius
+        Wanted of its circle, such as "12 mm".
+    runs
+        How many full runs, all inputs off at once, must stay bounded.
+    output
+        Write the designed scenario to this TOML file.
+    """
+    if output is not None:
+        check_target(output)
+    from helimag import orbits, quantities
+    from helimag.files import replacing
+
+    chosen = scenario_from(scenario, changes)
+    limits = dict(_limit(chosen, text) for text in limit) if limit else None
+    with progress_bar(f"designing {chosen.name}") as progress:
+        result = orbits.design(
+            chosen,
+            speed=None if speed is None else quantities.parse(speed, quantities.VELOCITY),
+            radius=None if radius is None else quantities.parse(radius, quantities.LENGTH),
+            limits=limits,
+            runs=runs,
+            progress=progress,
+        )
+    if output is not None:
+        with replacing(output) as beside:
+            beside.write_text(result.scenario.to_toml(), encoding="utf-8")
+    if not json:
+        print(result.text)
+        if output is not None:
+            print(f"written to {output}")
+        return
+    inputs = {
+        path: {
+            "value": orbits.Input(path).value(result.scenario),
+            "tolerance": half,
+            "stable_low": result.intervals[path].low,
+            "stable_high": result.intervals[path].high,
+        }
+        for path, half in result.tolerances.items()
+    }
+    verdicts = {str(verdict): count for verdict, count in result.verdicts.items()}
+    print_json(
+        {"inputs": inputs, "runs": verdicts, "runs_duration_s": result.duration, "on_orbit": result.on_orbit}
+        | {"orbit": _report(result.orbit)}
+    )
+
+
+def _limit(scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
+    """One --limit as path and range."""
+    from helimag.orbits import Input
+
+    path, equals, span = text.partition("=")
+    low, dots, high = span.partition("..")
+    if not (equals and dots):
+        raise InputError(f'--limit must be an input and a range such as drive.pitch="5 deg..15 deg"; got {text!r}')
+    given = Input(path.strip())
+    return given.path, (given.read(scenario, low.strip()), given.read(scenario, high.strip()))
+
+
+def _report(orbit: "Orbit") -> dict[str, Any]:
+    return {
+        "found": orbit.found,
+        "stable": orbit.stable,
+        "status": str(orbit.status),
+        "reason": orbit.text,
+        "position_m": orbit.position.tolist() if orbit.found else None,
+        "state": orbit.state.tolist() if orbit.found else None,
+        "multipliers": [[m.real, m.imag] for m in orbit.multipliers],
+        "rates_per_s": [[r.real, r.imag] for r in orbit.rates],
+        "attack_angle_deg": degrees(orbit.attack_angle) if orbit.found else None,
+        "wobble_deg": degrees(orbit.wobble) if orbit.found else None,
+        "radius_m": orbit.radius if orbit.found else None,
+        "speed_m_per_s": orbit.speed if orbit.found else None,
+        "position_error_m": orbit.position_error if orbit.found else None,
+    }
+
+
+def _print_one(orbit: "Orbit", json: bool) -> None:
+    if json:
+        print_json(_report(orbit))
+        return
+    print(f"{orbit.scenario.name}: {orbit.text}")
+    if orbit.found:
+        rates = ", ".join(_shown(rate) for rate in orbit.rates if rate.imag >= 0.0)
+        print(f"  rates         {rates} per second")
+        print(
+            f"  attack angle  {degrees(orbit.attack_angle):.1f} deg, wobble {degrees(orbit.wobble):.1f} deg over a turn"
+        )
+        print(f"  path          radius {1e3 * orbit.radius:.2f} mm, speed {1e3 * orbit.speed:.3f} mm/s")
+        print(f"  place         known to {1e9 * orbit.position_error:.1g} nm in the integration")
+
+
+def _shown(rate: complex) -> str:
+    return f"{rate.real:.4g} ± {rate.imag:.4g}i" if rate.imag > 0.0 else f"{rate.real:.4g}"
+
+
+def _print_all(scenario: "Scenario", found: "list[Orbit]", json: bool) -> None:
+    if json:
+        print_json({"orbits": [_report(orbit) for orbit in found]})
+        return
+    print(f"{scenario.name}: {len(found)} orbits found")
+    for orbit in found:
+        print(f"  {orbit.text}")
+
+
+def _print_branch(orbit: "Orbit", branch: "Branch", json: bool) -> None:
+    from helimag import orbits
+
+    segments = orbits.stable_segments(branch)
+    if json:
+        print_json(
+            {
+                "input": branch.path,
+                "stable_intervals": [
+                    {"low": s.low, "high": s.high, "why_low": s.why_low, "why_high": s.why_high} for s in segments
+                ],
+                "changes": [{"kind": str(event.kind), "value": event.value} for event in branch.events],
+                "ends": list(branch.ends),
+                "branch": [
+                    {
+                        "value": point.value,
+                        "position_m": point.orbit.position.tolist(),
+                        "stable": point.orbit.stable,
+                        "leading_rate_per_s": [point.orbit.rates[0].real, point.orbit.rates[0].imag],
+                    }
+                    for point in branch.points
+                ],
+            }
+        )
+        return
+    print(f"{orbit.scenario.name}: {orbit.text}")
+    for segment in segments:
+        print(f"  {segment.text}")
+    if not segments:
+        print("  nowhere stable on this branch")
+    print("  branch " + branch.text.replace("\n", "\n  "))

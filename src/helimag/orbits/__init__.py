@@ -1,0 +1,45 @@
+"""Orbits: what a run repeats turn by turn in the frame of the drive, whether it attracts, and where that ends."""
+
+from helimag.orbits._inputs import Input
+from helimag.orbits.attraction import Basin, basin
+from helimag.orbits.averaging import SlowFlow, averaged_paths, averaged_rates, averaging_error, slow_flow
+from helimag.orbits.continuation import Branch, Change, Event, Interval, Point, follow, stable_interval, stable_segments
+from helimag.orbits.find import find_orbit, find_orbits, list_orbits
+from helimag.orbits.growth import ObservedGrowth, observed_growth
+from helimag.orbits.mapping import BoundaryPoint, StabilityMap, boundary_of, stability_map
+from helimag.orbits.orbit import Orbit, OrbitStatus
+from helimag.orbits.outlook import explain
+from helimag.orbits.robust_inputs import Design, design
+
+__all__ = [
+    "Basin",
+    "BoundaryPoint",
+    "Branch",
+    "Change",
+    "Design",
+    "Event",
+    "Input",
+    "Interval",
+    "ObservedGrowth",
+    "Orbit",
+    "OrbitStatus",
+    "Point",
+    "SlowFlow",
+    "StabilityMap",
+    "averaged_paths",
+    "averaged_rates",
+    "averaging_error",
+    "basin",
+    "boundary_of",
+    "design",
+    "explain",
+    "find_orbit",
+    "find_orbits",
+    "follow",
+    "list_orbits",
+    "observed_growth",
+    "slow_flow",
+    "stability_map",
+    "stable_interval",
+    "stable_segments",
+]

@@ -1,0 +1,99 @@
+"""Measure an orbit's leading rate from full runs: the brute-force check of its Floquet rate.
+
+Two runs start on either side of the orbit, displaced along the leading direction. Half their difference, seen along the
+matching left eigenvector at whole turns of the magnet, grows or decays by the leading rate; even orders cancel.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from helimag.errors import InputError
+from helimag.orbits import _chart as chart
+from helimag.orbits._problem import Floats
+from helimag.orbits._starts import to_lab, to_moving
+from helimag.orbits.orbit import Orbit
+from helimag.simulation import History, advance
+
+DISPLACEMENT = 3e-4  # of the distance, and radians
+TOLERANCE = 1e-10  # of a step: the runs' own error must stay far below the displacement
+SAMPLES = 200
+
+
+@dataclass(frozen=True)
+class ObservedGrowth:
+    """Leading rate as seen (1/s, complex; the imaginary part is unsigned), and over what time (s)."""
+
+    rate: complex
+    duration: float
+
+
+def leading_direction(orbit: Orbit) -> tuple[Floats, np.ndarray]:
+    """Real displacement (6,) of unit length along the leading multiplier, and its left eigenvector (6,), complex."""
+    values, right = np.linalg.eig(orbit.jacobian)
+    which = int(np.argmin(np.abs(values - orbit.multipliers[0])))
+    direction = np.real(right[:, which])
+    left = np.linalg.inv(right)[which]
+    return direction / np.linalg.norm(direction), left
+
+
+def observed_growth(
+    orbit: Orbit, *, duration: float | None = None, displacement: float = DISPLACEMENT
+) -> ObservedGrowth:
+    """Run on either side of an orbit and fit how fast the runs part.
+
+    Parameters
+    ----------
+    duration
+        s; default: while the displacement changes by e, at least three swings, at most 4000 s.
+    displacement
+        Of the start, in shares of the distance and radians.
+
+    Raises
+    ------
+    InputError
+        Where the orbit was not found.
+    """
+    if not orbit.found:
+        raise InputError(f"growth can be observed around an orbit that was found; got '{orbit.status}'")
+    lead = orbit.rates[0]
+    if duration is None:
+        swings = 3.0 * 2.0 * math.pi / abs(lead.imag) if abs(lead.imag) > 1e-9 else 0.0
+        duration = min(4000.0, max(1.0 / abs(lead.real), swings))
+    direction, left = leading_direction(orbit)
+    length = np.full(2, orbit.scenario.drive.distance)
+    starts = chart.moved(
+        np.repeat(orbit.state[None], 2, axis=0), displacement * np.stack([direction, -direction]), length
+    )
+    runs = strobed(orbit, starts, duration, tolerance=TOLERANCE)
+    count = min(len(times) for times, _, _ in runs)
+    seen = [
+        chart.coordinates(states[:count], np.repeat(orbit.state[None], count, axis=0), length[:1].repeat(count))
+        for _, states, _ in runs
+    ]
+    amplitude = (seen[0] - seen[1]) @ left / 2.0
+    times = runs[0][0][:count]
+    real = np.polyfit(times, np.log(np.abs(amplitude)), 1)[0]
+    imag = np.polyfit(times, np.unwrap(np.angle(amplitude)), 1)[0] if abs(lead.imag) > 1e-9 else 0.0
+    return ObservedGrowth(complex(real, abs(imag)), float(times[-1]))
+
+
+def strobed(
+    orbit: Orbit, states: Floats, duration: float, *, tolerance: float = 3e-7
+) -> list[tuple[Floats, Floats, History]]:
+    """Full runs from states (n, 7) of the moving frame: times and states at whole turns of the magnet, moving frame."""
+    scenario = orbit.scenario
+    period = 1.0 / abs(scenario.drive.frequency)
+    stride = max(1, round(duration / (SAMPLES * period))) * period
+    samples = max(2, math.ceil(duration / stride))
+    run = scenario.replaced({"run.duration": samples * stride, "run.interval": stride})
+    histories = advance(
+        [run] * len(states), initial_states=to_lab(scenario, np.zeros(len(states)), states), tolerance=tolerance
+    )
+    result = []
+    for history in histories:
+        whole = np.abs(history.time / stride - np.round(history.time / stride)) < 1e-9
+        times = np.round(history.time[whole] / stride) * stride
+        result.append((times, to_moving(scenario, times, history.states[whole]), history))
+    return result

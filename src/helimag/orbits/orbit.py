@@ -1,0 +1,154 @@
+"""A periodic orbit in the frame that moves with the drive, with its stability; or the reason why there is none."""
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.scenario import Scenario
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+STEADY = 1e-9  # 1/s; an imaginary part below this is rounding
+
+
+class OrbitStatus(StrEnum):
+    """How a search for an orbit ended."""
+
+    FOUND = "found"
+    NO_ORBIT = "no orbit found"
+    LOST_STEP = "lost step"
+    ATTRACTED = "attracted"
+    LEFT_BOX = "left the box"
+    WALL_LIMITED = "wall-limited"
+    BROKE_DOWN = "broke down"
+
+    @property
+    def remedy(self) -> str:
+        """What it means, and what to try."""
+        return _REMEDIES[self]
+
+
+_REMEDIES = {
+    OrbitStatus.FOUND: "the run that repeats itself every turn of the magnet",
+    OrbitStatus.NO_ORBIT: "no search ended on an orbit: begin nearer (near=...), list all orbits in a box, or follow "
+    "one from inputs that have it until it ends",
+    OrbitStatus.LOST_STEP: "the device does not keep in step with the field: lower drive.frequency or bring the magnet "
+    "nearer",
+    OrbitStatus.ATTRACTED: "the search ran into the magnet: increase drive.distance or lower drive.pitch",
+    OrbitStatus.LEFT_BOX: "the search left the region around the magnet: decrease drive.distance, raise drive.pitch or "
+    "begin nearer",
+    OrbitStatus.WALL_LIMITED: "the orbit passes through floor, surface or walls: change the workspace or the inputs",
+    OrbitStatus.BROKE_DOWN: "the numbers are not finite: check the scenario for extreme values",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Orbit:
+    """Result of a search for an orbit. SI, angles in radians; where none was found, arrays are nan or empty.
+
+    Attributes
+    ----------
+    status
+        How the search ended; :attr:`found` in short.
+    state
+        (7,): head position and quaternion w, x, y, z when the magnet's moment passes its first direction, in the frame
+        that yaws and translates with the drive. That frame is the lab frame at t = 0.
+    multipliers
+        (6,) complex Floquet multipliers: what a small displacement is multiplied by in a turn of the magnet.
+    rates
+        (6,) complex, 1/s: their logarithms over the period; negative real parts decay.
+    jacobian
+        (6, 6) of the one-period map, in displacements over ``drive.distance`` and rotation vectors in body axes.
+    mean_position
+        (3,) mean over the period, moving frame, m.
+    height_range
+        Lowest and highest head over the period, m; moving frame.
+    attack_angle, wobble
+        Mean and standard deviation of the attack angle over the period.
+    lag_cosine
+        Least cosine of the phase lag over the period: the device is about to lose step as it nears zero.
+    position_error
+        How far the fixed point moves when the integration takes twice the steps, m.
+    """
+
+    scenario: Scenario
+    status: OrbitStatus
+    state: Floats = field(default_factory=lambda: np.full(7, np.nan))
+    multipliers: Complexes = field(default_factory=lambda: np.empty(0, dtype=np.complex128))
+    rates: Complexes = field(default_factory=lambda: np.empty(0, dtype=np.complex128))
+    jacobian: Floats = field(default_factory=lambda: np.full((6, 6), np.nan), repr=False)
+    mean_position: Floats = field(default_factory=lambda: np.full(3, np.nan))
+    height_range: tuple[float, float] = (math.nan, math.nan)
+    attack_angle: float = math.nan
+    wobble: float = math.nan
+    lag_cosine: float = math.nan
+    position_error: float = math.nan
+    iterations: int = 0
+
+    @property
+    def found(self) -> bool:
+        """Whether there is an orbit."""
+        return self.status is OrbitStatus.FOUND
+
+    @property
+    def stable(self) -> bool:
+        """Whether every small displacement dies out."""
+        return self.found and bool(np.all(np.abs(self.multipliers) < 1.0))
+
+    @property
+    def position(self) -> Floats:
+        """Head (3,), m, in the moving frame at the start of the period."""
+        return self.state[:3]
+
+    @property
+    def growth(self) -> float:
+        """Real part of the leading rate (1/s): negative where stable."""
+        return float(self.rates.real.max()) if self.found else math.nan
+
+    @property
+    def radius(self) -> float:
+        """Of the circle that the head's mean position describes in the lab, m."""
+        return math.hypot(self.mean_position[0], self.mean_position[1])
+
+    @property
+    def speed(self) -> float:
+        """Of the head along its mean path in the lab, m/s."""
+        drive = self.scenario.drive
+        return math.hypot(*drive.velocity, abs(drive.yaw_rate) * self.radius)
+
+    @property
+    def text(self) -> str:
+        """The orbit in a sentence or two."""
+        if not self.found:
+            return f"{self.status}: {self.status.remedy}"
+        x, y, z = 1e3 * self.position
+        begin = f"orbit with the head at ({x:.2f}, {y:.2f}, {z:.2f}) mm in the moving frame, "
+        if self.stable:
+            return f"{begin}stable: {describe_rates(self.rates)}"
+        return f"{begin}unstable: {describe_rates(self.rates)}"
+
+    def __repr__(self) -> str:
+        return f"<Orbit {self.scenario.name}: {self.text}>"
+
+
+def describe_rates(rates: Complexes, most: int = 2) -> str:
+    """The slowest motions in words, leading first: how long they take to die out or to grow by e, and to swing once."""
+    parts = []
+    seen: list[complex] = []
+    for rate in sorted(rates, key=lambda r: -r.real):
+        if any(abs(rate - other.conjugate()) < STEADY for other in seen):
+            continue
+        seen.append(complex(rate))
+        time = f"{1.0 / abs(rate.real):.4g} s" if rate.real else "no time at all"
+        fate = f"grows e-fold in {time}" if rate.real > 0.0 else f"decays in {time}"
+        if abs(rate.imag) > STEADY:
+            parts.append(f"a swing of period {2.0 * math.pi / abs(rate.imag):.4g} s {fate}")
+        else:
+            parts.append(f"a displacement {fate}")
+        if len(parts) == most:
+            break
+    return "; ".join(parts)

@@ -1,0 +1,63 @@
+"""The orbit commands: what they print, and one clear line with status 2 for bad input."""
+
+import json
+import sys
+
+import pytest
+
+from helimag.cli import main
+
+pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
+SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]
+
+
+def run(monkeypatch, capsys, *words):
+    monkeypatch.setattr(sys, "argv", ["helimag", *words])
+    status = 0
+    try:
+        main()
+    except SystemExit as end:
+        status = end.code
+    return status, *capsys.readouterr()
+
+
+def test_orbit_as_json(monkeypatch, capsys):
+    status, out, _ = run(monkeypatch, capsys, "orbit", *SCENARIO, "--json")
+    report = json.loads(out)
+    assert status == 0
+    assert report["found"]
+    assert report["stable"]
+    assert report["status"] == "found"
+    assert report["position_m"] == pytest.approx([-7.58e-3, -12.77e-3, -11.92e-3], abs=1e-5)
+    assert report["rates_per_s"][0] == pytest.approx([-0.00053, 0.0310], rel=0.03)
+    assert len(report["rates_per_s"]) == 6
+    assert report["attack_angle_deg"] == pytest.approx(-21.5, abs=0.1)
+
+
+def test_branch_is_printed_and_drawn(monkeypatch, capsys, tmp_path):
+    figure = tmp_path / "pitch.png"
+    limits = ["--vary", "drive.pitch", "--from", "12 deg", "--to", "18 deg"]
+    status, out, _ = run(monkeypatch, capsys, "orbit", *SCENARIO, *limits, "-o", str(figure))
+    assert status == 0
+    assert "stable for pitch between 12 deg (end of the range) and 15.419 deg (fold)" in out
+    assert figure.read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["orbit", "paper/fig3c", "--vary", "drive.pitch"], "--from and --to"),
+        (["orbit", "paper/fig3c", "--from", "8 deg"], "--vary"),
+        (["orbit", "paper/fig3c", "-o", "x.png"], "--vary"),
+        (["orbit", *SCENARIO, "--vary", "drive.pith", "--from", "8 deg", "--to", "9 deg"], "not a field"),
+        (["orbit", "paper/fig3c", "--set", 'drive.velocity=["1 mm/s","0 m/s","0 m/s"]'], "drive.yaw_rate"),
+        (["design", "paper/fig3c", "--limit", "drive.pitch"], "--limit must be"),
+        (["design", "paper/fig3c", "--speed", "3 mm"], "velocity"),
+    ],
+)
+def test_bad_input_is_one_line(monkeypatch, capsys, words, said):
+    status, out, err = run(monkeypatch, capsys, *words)
+    assert status == 2
+    assert out == ""
+    assert said in err
+    assert err.count("\n") == 1

@@ -1,0 +1,107 @@
+"""Slow flow, averaged model, basin, verdicts and design: each against the full model."""
+
+import math
+
+import numpy as np
+import pytest
+
+import helimag as hm
+from helimag.gain import Verdict
+from helimag.orbits import averaged_rates, averaging_error, basin, design, explain, robust_inputs, slow_flow
+from helimag.orbits.averaging import SlowFlow
+
+
+@pytest.fixture(scope="module")
+def orbit() -> hm.Orbit:
+    return hm.find_orbit(hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
+
+
+def flow_of(orbit: hm.Orbit, stages: int) -> SlowFlow:
+    half = np.array([0.024, 0.024, 0.024])
+    low, high = orbit.position - half, orbit.position + half
+    return slow_flow(orbit, low=low, high=high, shape=(9, 9, 9), lag_stages=stages)
+
+
+@pytest.fixture(scope="module")
+def flow(orbit: hm.Orbit) -> SlowFlow:
+    return flow_of(orbit, 4)
+
+
+def test_slow_flow_vanishes_at_the_orbit(orbit: hm.Orbit, flow: SlowFlow) -> None:
+    assert flow.settled.mean() > 0.95
+    typical = np.median(np.linalg.norm(flow.velocity, axis=-1))
+    assert np.linalg.norm(flow.at(orbit.position[None])) < 2e-3 * typical
+
+
+def test_averaged_model_has_the_slow_rates_of_the_orbit(orbit: hm.Orbit, flow: SlowFlow) -> None:
+    rates = averaged_rates(flow, orbit)
+    assert rates[0].real == pytest.approx(orbit.rates[0].real, rel=0.15)
+    assert abs(rates[0].imag) == pytest.approx(abs(orbit.rates[0].imag), rel=0.01)
+    assert rates[2] == pytest.approx(orbit.rates[2], rel=0.02)
+
+
+def test_lag_of_the_attitude_matters(orbit: hm.Orbit, flow: SlowFlow) -> None:
+    """Without it the swings' decay is far off: the attitude lags behind a place that moves."""
+    held = averaged_rates(flow_of(orbit, 0), orbit)
+    assert abs(held[0].real / orbit.rates[0].real - 1.0) > 0.5
+    place = orbit.position + np.array([0.006, 0.0, 0.003])
+    error = averaging_error(flow, place, 900.0)
+    assert error.time[-1] > 800.0
+    assert error.worst < 5e-4
+    assert np.ptp(error.full) > 2e-3
+
+
+def test_basin_holds_the_orbits_neighbourhood_and_not_the_magnets(orbit: hm.Orbit) -> None:
+    near = orbit.position + np.array([[-0.003], [0.003]])
+    around = basin(orbit, low=near[0], high=near[1], shape=(2, 2, 2), duration=1200.0)
+    assert around.captured.all()
+    assert around.volume == pytest.approx(8 * 6e-3**3)
+    above = np.array([orbit.position[0], orbit.position[1], 0.05]) + np.array([[-0.003], [0.003]])
+    high = basin(orbit, low=above[0], high=above[1], shape=(2, 2, 2), duration=1200.0)
+    assert not high.captured.any()
+
+
+def test_basin_by_the_averaged_model_agrees(orbit: hm.Orbit, flow: SlowFlow) -> None:
+    low, high = orbit.position - 0.004, orbit.position + 0.004
+    fast = basin(orbit, low=low, high=high, shape=(3, 3, 3), flow=flow, duration=1800.0)
+    assert fast.captured.all()
+    assert fast.engine == "averaged"
+
+
+def test_verdict_of_a_run_refers_to_its_orbit(orbit: hm.Orbit) -> None:
+    found, text = explain(hm.simulate(orbit.scenario))
+    assert found is not None
+    assert found.position == pytest.approx(orbit.position, abs=1e-7)
+    assert "stable orbit" in text
+    assert "decays in 1868 s" in text
+    still, on = explain(hm.simulate(orbit.scenario, duration=333.3, initial_state=orbit.state))
+    assert still is not None
+    assert "on a stable orbit" in on
+    nothing, left = explain(hm.simulate(hm.load("paper/fig3a")))
+    assert nothing is None
+    assert "left" in left
+
+
+def test_design_meets_the_wish_and_its_runs_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in {"SAMPLES": 16, "CANDIDATES": 1, "POLISHES": 1, "LONGEST_RUN": 3000.0}.items():
+        monkeypatch.setattr(robust_inputs, name, value)
+    scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    limits = {"drive.frequency": (2.0, 3.2), "drive.pitch": (math.radians(6.0), math.radians(16.0))}
+    result = design(scenario, speed=4.5e-4, limits=limits, runs=6)
+    assert result.orbit.stable
+    assert result.orbit.speed == pytest.approx(4.5e-4, rel=1e-5)
+    assert result.verdicts == {Verdict.BOUNDED: 6}
+    for path, (low, high) in limits.items():
+        interval = result.intervals[path]
+        here = result.scenario.drive.pitch if path == "drive.pitch" else result.scenario.drive.frequency
+        assert low <= interval.low <= here - result.tolerances[path]
+        assert here + result.tolerances[path] <= interval.high <= high
+    assert "±" in result.text
+
+
+def test_design_refuses_what_cannot_be() -> None:
+    scenario = hm.load("paper/fig3c")
+    with pytest.raises(hm.InputError, match="more inputs"):
+        design(scenario, speed=1e-3, limits={"drive.pitch": (0.1, 0.2)})
+    with pytest.raises(hm.InputError, match="lower and a higher"):
+        design(scenario, limits={"drive.pitch": (0.2, 0.1)})
