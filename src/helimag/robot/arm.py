@@ -26,7 +26,7 @@ class Solutions:
 
     ``joints`` is (..., 8, 6), each angle within half a turn of zero, not a number where a branch cannot reach.
     ``reachable`` is (..., 8). ``singular`` (..., 8, 3) holds the distance of each branch from the three singularities (rad):
-    wrist centre over the first axis, arm stretched or folded, axes 4 and 6 in line.
+    wrist centre over the first axis (seen from there by the upper arm's length), arm stretched or folded, axes 4 and 6 in line.
     """
 
     joints: Floats
@@ -100,7 +100,7 @@ def inverse_kinematics(arm: Arm, flange: Floats) -> Solutions:
             for flipped, (fourth, fifth, sixth) in enumerate(wrist_angles):
                 branch = 4 * back + 2 * down + flipped
                 values = np.stack([first, second, third, fourth, fifth, sixth], axis=-1)
-                joints[..., branch, :] = np.where(within[..., None], _principal(values), np.nan)
+                joints[..., branch, :] = np.where(within[..., None], principal(values), np.nan)
                 singular[..., branch, 0] = np.arctan2(across, link.a2)
                 singular[..., branch, 1] = np.minimum(bend, np.pi - bend)
                 singular[..., branch, 2] = np.arcsin(np.clip(np.abs(np.sin(fifth)), 0.0, 1.0))
@@ -120,7 +120,7 @@ def _wrist_angles(turned: Floats) -> tuple[tuple[Floats, Floats, Floats], tuple[
     return (fourth, fifth, sixth), (fourth + half, -fifth, sixth + half)
 
 
-def _principal(angle: Floats) -> Floats:
+def principal(angle: Floats) -> Floats:
     """The same angles within half a turn of zero."""
     return np.asarray(angle - TURN * np.round(angle / TURN))
 

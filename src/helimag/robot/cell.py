@@ -128,6 +128,11 @@ class Cell(Part):
     approximation: Size = 1e-4  # $APO.CDIS: how far before a point the arm may begin to round it
     start_output: Annotated[int, Field(ge=1, le=4096)] | None = None  # digital output that is on while the run lasts
 
+    @property
+    def joint_percent(self) -> int:
+        """``speed_share`` in the whole percent that a controller takes."""
+        return max(1, int(100.0 * self.speed_share))
+
     @cached_property
     def lab_in_base(self) -> Floats:
         """Lab frame in the arm's base frame: (4, 4)."""

@@ -85,3 +85,26 @@ def rotation_angle(first: Floats, second: Floats) -> Floats:
     sine = 0.5 * np.sqrt(skew[..., 2, 1] ** 2 + skew[..., 0, 2] ** 2 + skew[..., 1, 0] ** 2)
     cosine = 0.5 * (np.trace(difference, axis1=-2, axis2=-1) - 1.0)
     return np.asarray(np.arctan2(sine, cosine))
+
+
+def turn_vector(vector: Floats) -> Floats:
+    """Rotations (..., 3, 3) about vectors (..., 3) by their lengths in radians (Rodrigues' formula)."""
+    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
+    x, y, z = np.moveaxis(vector, -1, 0)
+    zero = np.zeros_like(x)
+    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*vector.shape[:-1], 3, 3)
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * cross @ cross)
+
+
+def vector_turn(matrix: Floats) -> Floats:
+    """The vector (3,) about which a rotation (3, 3) turns, its length the angle in radians, at most half a turn."""
+    skew = 0.5 * np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
+    sine, cosine = float(np.linalg.norm(skew)), 0.5 * (float(np.trace(matrix)) - 1.0)
+    angle = float(np.arctan2(sine, cosine))
+    if sine > 1e-7:
+        return skew * (angle / sine)
+    if cosine > 0.0:
+        return skew
+    symmetric = (matrix + np.eye(3)) / 2.0
+    column = symmetric[:, int(np.argmax(np.diag(symmetric)))]
+    return np.asarray(angle * column / np.linalg.norm(column))

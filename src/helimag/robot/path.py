@@ -15,7 +15,8 @@ Floats = NDArray[np.float64]
 
 CHORD = 3e-7  # m; how far a straight piece may leave a curved path
 SLEW = 3e-7  # rad; how far a steady turn may leave an unsteady one
-ARC = math.pi / 2.0  # longest piece of a circle or of a turn on the spot
+ARC = math.pi / 2.0  # longest piece of a circle
+TURN = math.radians(5.0)  # longest turn between two points: controllers differ in how they turn a tilted tool
 STILL = 1e-6  # m; a circle with a smaller radius is a turn on the spot
 
 
@@ -96,9 +97,10 @@ def _drive_motions(drive: Drive, duration: float) -> tuple[Motion, ...]:
     radius = math.hypot(*start_position(drive)[:2])
     rate = abs(drive.yaw_rate)
     if not moving:
-        return pieces(Kind.ARC if radius > STILL else Kind.TURN, duration, ARC / rate)
+        arc = radius > STILL
+        return pieces(Kind.ARC if arc else Kind.TURN, duration, (ARC if arc else TURN) / rate)
     bend = radius * rate**2
-    longest = min(ARC / 9.0 / rate, math.sqrt(8.0 * CHORD / bend) if bend > 0.0 else math.inf)
+    longest = min(TURN / rate, math.sqrt(8.0 * CHORD / bend) if bend > 0.0 else math.inf)
     return pieces(Kind.LINE, duration, longest)
 
 

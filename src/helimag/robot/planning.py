@@ -174,6 +174,7 @@ def unwound(plan: Plan, reach: float) -> Plan:
     cell = plan.cell
     low, high = cell.arm.limits[:, 5]
     rates = joint_rates(plan.times, plan.joints)
+    speed = cell.joint_percent / 100.0 * cell.arm.joint_speed[5]
     while plan.offence is not None and plan.offence.kind == "limit" and plan.offence.joint == "A6":
         if math.hypot(*cell.tool.magnet[:2]) > IN_PLACE:
             raise InputError("unwinding needs tool.magnet on the flange's z axis, so that the magnet's centre stays in place")
@@ -186,7 +187,7 @@ def unwound(plan: Plan, reach: float) -> Plan:
         turns = math.floor((angle - low) / TURN) if plan.offence.value > high else -math.floor((high - angle) / TURN)
         joints = plan.joints.copy()
         joints[at:, 5] -= turns * TURN
-        back = Unwinding(float(plan.times[at]), 5, -turns, abs(turns) * TURN / (cell.speed_share * cell.arm.joint_speed[5]))
+        back = Unwinding(float(plan.times[at]), 5, -turns, abs(turns) * TURN / speed)
         offence = _unwinding_collision(plan, at, turns, reach) or first_offence(
             cell, plan.times, joints, plan.singular, rates
         )
