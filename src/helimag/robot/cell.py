@@ -64,11 +64,11 @@ class Arm(Part):
     def _sensible(self) -> Self:
         for i in range(6):
             if not self.joint_min[i] < self.joint_max[i]:
-                raise InputError(f"joint_min must be below joint_max; they are not for axis {i + 1}")
+                raise InputError(f".joint_min must be below joint_max; they are not for axis {i + 1}")
             if not self.joint_speed[i] > 0.0:
-                raise InputError(f"joint_speed must be positive; it is not for axis {i + 1}")
+                raise InputError(f".joint_speed must be positive; it is not for axis {i + 1}")
             if abs(self.joint_sign[i]) != 1:
-                raise InputError(f"joint_sign must be 1 or -1; got {self.joint_sign[i]} for axis {i + 1}")
+                raise InputError(f".joint_sign must be 1 or -1; got {self.joint_sign[i]} for axis {i + 1}")
         return self
 
     @cached_property
@@ -95,7 +95,7 @@ class Tool(Part):
     @model_validator(mode="after")
     def _axis_has_length(self) -> Self:
         if not (all(map(math.isfinite, self.axis)) and math.hypot(*self.axis) > 1e-6):
-            raise InputError(f"axis must be a direction such as [1, 0, 0]; got {list(self.axis)}")
+            raise InputError(f".axis must be a direction such as [1, 0, 0]; got {list(self.axis)}")
         return self
 
 
@@ -109,7 +109,7 @@ class Obstacle(Part):
     @model_validator(mode="after")
     def _has_volume(self) -> Self:
         if not all(low < high for low, high in zip(self.low, self.high, strict=True)):
-            raise InputError(f"low must be below high along all three axes; it is not for '{self.name}'")
+            raise InputError(f".low must be below high along all three axes; it is not for '{self.name}'")
         return self
 
 
