@@ -4,12 +4,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from helimag.robot.frames import frames, turn
 from helimag.scenario import Drive, Scenario
+from helimag.scenario import Path as SampledPath
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Floats = NDArray[np.float64]
 
@@ -70,11 +75,43 @@ class MagnetPath:
 def magnet_path(scenario: Scenario) -> MagnetPath:
     """The magnet's path in a scenario, by eqs (1)-(3) with either reading of pitch: see :mod:`helimag.physics.kinematics`."""
     drive, duration = scenario.drive, scenario.run.duration
+    if drive.path is not None:
+        return _sampled_path(scenario, drive.path)
 
     def at(times: Floats) -> Poses:
         return drive_poses(drive, times)
 
     return MagnetPath(duration, drive.frequency, at, _drive_motions(drive, duration), drive.yaw_rate)
+
+
+def _sampled_path(scenario: Scenario, path: SampledPath) -> MagnetPath:
+    """A path through samples, cut into straight pieces short enough for its bends and for its changes of speed."""
+    drive, duration = scenario.drive, scenario.run.duration
+    spline = path.spline(drive.pitch)
+
+    def at(times: Floats) -> Poses:
+        values = spline(times)
+        turned = turn(2, values[:, 3]) @ turn(1, -values[:, 4])
+        return Poses(times, values[:, :3], turned, 2.0 * math.pi * drive.frequency * times + values[:, 5])
+
+    knots = np.append(spline.x[spline.x < duration * (1.0 - 1e-12)], duration)
+    ends: list[Motion] = []
+    for begin, end in zip(knots[:-1], knots[1:], strict=True):
+        ends.extend(pieces(Kind.LINE, float(end), _longest_piece(spline, begin, end), float(begin)))
+    return MagnetPath(duration, drive.frequency, at, tuple(ends), 0.0)
+
+
+def _longest_piece(spline: "CubicSpline", begin: float, end: float) -> float:
+    """Longest straight piece (s) between two samples that stays within ``CHORD`` and ``SLEW``; the second derivatives are linear."""
+    edges = np.array([begin, end - 1e-9 * (end - begin)])
+    bend = float(np.linalg.norm(spline(edges, 2)[:, :3], axis=1).max())
+    rates, changes = np.abs(spline(np.linspace(begin, end, 5), 1)[:, 3:5]).max(axis=0), np.abs(spline(edges, 2)[:, 3:5])
+    slew = float(changes.max() + rates[0] * rates[1] + rates[1] * rates[1])
+    limits = [end - begin]
+    limits += [math.sqrt(8.0 * CHORD / bend)] if bend > 0.0 else []
+    limits += [math.sqrt(8.0 * SLEW / slew)] if slew > 0.0 else []
+    limits += [TURN / float(rates.max())] if rates.max() > 0.0 else []
+    return min(limits)
 
 
 def drive_poses(drive: Drive, times: Floats) -> Poses:
@@ -105,8 +142,8 @@ def _drive_motions(drive: Drive, duration: float) -> tuple[Motion, ...]:
 
 
 def pieces(kind: Kind, duration: float, longest: float, begin: float = 0.0) -> tuple[Motion, ...]:
-    """Pieces of equal length, the last one shorter where the duration is no multiple."""
-    count = max(1, math.ceil(duration / longest * (1.0 - 1e-9)))
+    """Pieces from ``begin`` to ``duration``, of equal length but for the last, which may be shorter."""
+    count = max(1, math.ceil((duration - begin) / longest * (1.0 - 1e-9)))
     ends = [begin + min(longest * (i + 1), duration) for i in range(count)]
     return tuple(Motion(kind, a, b) for a, b in zip([begin, *ends], ends, strict=False))
 

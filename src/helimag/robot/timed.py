@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.robot.arm import inverse_kinematics, principal
 from helimag.robot.collision import tool_frames_in_base
 from helimag.robot.frames import angles, inverse
-from helimag.robot.path import motor_angle
+from helimag.robot.path import motor_angle, tool_frames
 from helimag.robot.planning import Plan, Unwinding
 
 Floats = NDArray[np.float64]
@@ -44,19 +45,36 @@ class Table:
 
 def timed_table(plan: Plan) -> Table:
     """The checked poses of a plan over programme time, with rows inside every unwinding; the motor turns on meanwhile."""
-    tools = inverse(plan.cell.lab_in_base) @ tool_frames_in_base(plan.cell, plan.joints)
-    time = plan.programme_time(plan.times)
-    joints, unwinding = plan.joints, np.zeros(time.size, dtype=bool)
+    to_lab = inverse(plan.cell.lab_in_base)
+    path_times, joints = _with_rows_about_stops(plan)
+    tools = to_lab @ tool_frames_in_base(plan.cell, joints)
+    time = plan.programme_time(path_times)
+    unwinding = np.zeros(time.size, dtype=bool)
     for stop in plan.unwindings:
         rows, swept = _swept(plan, stop)
         time = np.concatenate([time, rows])
         joints = np.concatenate([joints, swept])
-        tools = np.concatenate([tools, inverse(plan.cell.lab_in_base) @ tool_frames_in_base(plan.cell, swept)])
+        tools = np.concatenate([tools, to_lab @ tool_frames_in_base(plan.cell, swept)])
         unwinding = np.concatenate([unwinding, np.ones(rows.size, dtype=bool)])
     order = np.argsort(time, kind="stable")
     axis = (-1.0 if plan.reversed_axis else 1.0) * tools[:, :3, 0]
     motor = motor_angle(2.0 * math.pi * plan.path.frequency * time, plan.roll, plan.reversed_axis)
     return Table(time[order], tools[order], axis[order], joints[order], motor[order], unwinding[order])
+
+
+def _with_rows_about_stops(plan: Plan) -> tuple[Floats, Floats]:
+    """Path times and joints of a plan, with rows close together before and after each unwinding, so that splines bend there only."""
+    steps = [stop.duration / UNWINDING_ROWS * sign * k for stop in plan.unwindings[:1] for sign in (-1, 1) for k in range(1, 13)]
+    wanted = np.array([stop.time + step for stop in plan.unwindings for step in steps])
+    extra = wanted[(wanted > 0.0) & (wanted < plan.path.duration)]
+    if not extra.size:
+        return plan.times, plan.joints
+    flange = plan.cell.lab_in_base @ tool_frames(plan.path.at(extra), plan.roll, plan.reversed_axis)
+    found = inverse_kinematics(plan.cell.arm, flange @ inverse(plan.cell.tool_in_flange)).joints[:, plan.branch]
+    before = plan.joints[np.searchsorted(plan.times, extra, side="right") - 1]
+    times, joints = np.append(plan.times, extra), np.concatenate([plan.joints, before + principal(found - before)])
+    order = np.argsort(times, kind="stable")
+    return times[order], joints[order]
 
 
 def _swept(plan: Plan, stop: Unwinding) -> tuple[Floats, Floats]:
