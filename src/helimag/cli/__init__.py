@@ -4,7 +4,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from helimag.cli import checks, pictures, runs, sweeps
+from helimag.cli import checks, pictures, robot, runs, sweeps
 from helimag.errors import HelimagError, RunError
 
 app = App(
@@ -25,6 +25,7 @@ COMMANDS = (
 )
 for command in COMMANDS:
     app.command(command)
+app.command(robot.app)
 
 
 def main() -> None:

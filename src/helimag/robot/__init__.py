@@ -8,7 +8,7 @@ from helimag.robot.interpreter import Playback, play
 from helimag.robot.krl import write_krl
 from helimag.robot.path import MagnetPath, magnet_path
 from helimag.robot.planning import Plan, plan
-from helimag.robot.programme import write_programme
+from helimag.robot.programme import feasible_or_refused, write_programme
 from helimag.robot.report import report
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "Playback",
     "Solutions",
     "deviation",
+    "feasible_or_refused",
     "forward",
     "inverse_kinematics",
     "load_arm",

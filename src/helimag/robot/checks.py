@@ -18,7 +18,10 @@ SINGULARITIES = ("A1, wrist over the first axis", "A3, arm stretched or folded",
 
 @dataclass(frozen=True)
 class Offence:
-    """The first thing that a path does which the cell does not allow; value and limit in SI units or radians."""
+    """The first thing that a path does which the cell does not allow; value and limit in SI units or radians.
+
+    ``time`` is when the limit is passed, ``value`` that of the first checked pose beyond it.
+    """
 
     time: float
     kind: str  # reach, singularity, limit, speed or collision
@@ -37,7 +40,7 @@ class Offence:
                     f"the cell's margin is {_degrees(self.limit)}"
                 )
             case "limit":
-                return f"{at} {self.joint} would be at {_degrees(self.value)}; its limit is {_degrees(self.limit)}"
+                return f"{at} {self.joint} would pass its limit of {_degrees(self.limit)}, to {_degrees(self.value)}"
             case "speed":
                 return f"{at} {self.joint} would turn at {_degrees(self.value)}/s; its limit is {_degrees(self.limit)}/s"
             case _:
@@ -90,7 +93,15 @@ def _first(
     if not bad.any():
         return None
     at = int(np.argmax(bad))
-    return Offence(float(times[at]), kind, joint, float(values[at]), float(limit))
+    return Offence(_crossing(times, values, at, limit), kind, joint, float(values[at]), float(limit))
+
+
+def _crossing(times: Floats, values: Floats, at: int, limit: float) -> float:
+    """When the values pass the limit on their way to the sample ``at`` (s), by a straight line from the one before."""
+    if at == 0 or not np.isfinite(values[at - 1]) or values[at] == values[at - 1]:
+        return float(times[at])
+    share = (limit - values[at - 1]) / (values[at] - values[at - 1])
+    return float(times[at - 1] + np.clip(share, 0.0, 1.0) * (times[at] - times[at - 1]))
 
 
 def first_collision(cell: Cell, times: Floats, joints: Floats, magnet_reach: float) -> Offence | None:

@@ -21,6 +21,8 @@ from helimag.robot.krl_reader import Assign, Move, Statement, Wait, read_krl
 
 Floats = NDArray[np.float64]
 
+FEWEST = 5  # poses in a motion
+
 
 @dataclass(frozen=True)
 class Playback:
@@ -41,7 +43,7 @@ class Playback:
         return float(self.time[-1]) + self.ramps
 
 
-def play(src: str, dat: str, arm: Arm, *, samples: int = 5) -> Playback:
+def play(src: str, dat: str, arm: Arm, *, interval: float = math.inf) -> Playback:
     """Interpret a programme.
 
     Parameters
@@ -50,15 +52,15 @@ def play(src: str, dat: str, arm: Arm, *, samples: int = 5) -> Playback:
         Texts of the two files.
     arm
         Whose joint angles the programme's PTP motions name.
-    samples
-        Poses in each motion, its end among them.
+    interval
+        Longest time (s) between two poses; there are five or more in each motion in any case, its end among them.
 
     Raises
     ------
     InputError
         Where the programme uses what helimag does not read, does not begin with joint angles, or lacks a speed.
     """
-    machine = _Machine(arm, samples)
+    machine = _Machine(arm, interval)
     for statement in read_krl(src, dat):
         machine.take(statement)
     if machine.joints is None or not machine.poses:
@@ -71,7 +73,7 @@ class _Machine:
     """The controller's state."""
 
     arm: Arm
-    samples: int
+    interval: float
     base: Floats = field(default_factory=lambda: np.eye(4))
     tool: Floats = field(default_factory=lambda: np.eye(4))
     real: dict[str, float] = field(default_factory=dict)
@@ -119,7 +121,7 @@ class _Machine:
         duration = float(np.max(np.abs(target - self.joints) / (percent / 100.0 * np.array(self.arm.joint_speed))))
         begin, before = self.times[-1], self.joints
         self.joints = target
-        for share in self._shares():
+        for share in self._shares(duration):
             self._add(begin + share * duration, self._tool_at(before + share * (target - before)))
 
     def _tool_at(self, joints: Floats) -> Floats:
@@ -144,18 +146,21 @@ class _Machine:
             normal = normal / np.linalg.norm(normal)
             length = turned * float(np.linalg.norm(start[:3, 3] - centre))
             along = self.word.get("$CIRC_TYPE", "#PATH") == "#PATH"
-            poses = _arc(start, target, centre, turned * normal, along, self._shares())
             angle = 0.0  # an arc's pace is the path's
         else:
             length = float(np.linalg.norm(target[:3, 3] - start[:3, 3]))
-            poses = _line(start, target, by, self._shares())
         duration = length / speed if length > 0.0 else 0.0
         if angle > 0.0:
             duration = max(duration, angle / math.radians(min(self._needed(f"$VEL.ORI{i}", statement) for i in (1, 2))))
+        shares = self._shares(duration)
+        if statement.order == "circ":
+            poses = _arc(start, target, centre, turned * normal, along, shares)
+        else:
+            poses = _line(start, target, by, shares)
         pace = speed / self._needed("$ACC.CP", statement) if length > 1e-9 else 0.0
         if self.running is None:
             self.ramps += pace / 2.0
-        for share, pose in zip(self._shares(), poses, strict=True):
+        for share, pose in zip(shares, poses, strict=True):
             self._add(begin + share * duration, pose)
         self._follow(poses, statement)
         self.running = pace
@@ -182,8 +187,9 @@ class _Machine:
             return
         self._add(self.times[-1] + duration, self.poses[-1])
 
-    def _shares(self) -> Sequence[float]:
-        return [float(share) for share in np.linspace(0.0, 1.0, self.samples + 1)[1:]]
+    def _shares(self, duration: float) -> Sequence[float]:
+        count = max(FEWEST, math.ceil(duration / self.interval))
+        return [float(share) for share in np.linspace(0.0, 1.0, count + 1)[1:]]
 
     def _add(self, time: float, pose: Floats) -> None:
         self.times.append(time)

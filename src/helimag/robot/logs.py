@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from helimag import quantities as q
 from helimag.errors import FileError, InputError
 from helimag.robot.cell import Cell
+from helimag.robot.interpreter import Playback
 from helimag.robot.frames import frames, inverse, rotation, turn
-from helimag.robot.path import motor_angle
+from helimag.robot.path import magnet_path, motor_angle
 from helimag.robot.timed import Table
 from helimag.scenario import Scenario
 
@@ -128,6 +129,13 @@ def log_of(table: Table, reversed_axis: bool) -> Log:
     """A plan's own table as if an arm had followed it exactly."""
     keep = np.append(np.diff(table.time) > 1e-9, True)
     return Log(table.time[keep], table.tool[keep], table.motor[keep], reversed_axis)
+
+
+def log_of_playback(playback: Playback, scenario: Scenario) -> Log:
+    """What a programme does, as a log without a motor; its axis is taken the way round that fits the scenario's start."""
+    keep = np.append(np.diff(playback.time) > 1e-9, True)
+    start = magnet_path(scenario).at(np.zeros(1)).axis[0]
+    return Log(playback.time[keep], playback.pose[keep], None, bool(playback.pose[0, :3, 0] @ start < 0.0))
 
 
 def replayed(scenario: Scenario, log: Log, source: str) -> Scenario:

@@ -67,8 +67,7 @@ def programme_texts(
     spline: bool = False,
 ) -> dict[str, str]:
     """The files of a programme as texts by file name; parameters and errors as for :func:`write_programme`."""
-    if plan.offence is not None:
-        raise InputError(f"the arm cannot run '{plan.scenario.name}': {plan.offence}; {'; or '.join(remedies(plan))}")
+    feasible_or_refused(plan)
     bounded = verdict == "bounded"
     if not bounded and not accept_unbounded:
         raise InputError(
@@ -97,6 +96,12 @@ def programme_texts(
         + "\n",
         f"{name}_motor.csv": _csv(_transposed(motor_rows(plan)), {"angle": "about the tool's x axis from its y axis"}),
     }
+
+
+def feasible_or_refused(plan: Plan) -> None:
+    """Raise InputError where the arm cannot run a plan, saying when, which joint and what value, and what to do."""
+    if plan.offence is not None:
+        raise InputError(f"the arm cannot run '{plan.scenario.name}': {plan.offence}; {'; or '.join(remedies(plan))}")
 
 
 def cell_hash(cell: Cell) -> str:

@@ -40,7 +40,7 @@ def remedies(plan: Plan) -> list[str]:
     if offence is None:
         return []
     if offence.joint in {"A4", "A6"} and offence.kind == "limit" and plan.laps > 0.0:
-        found = [f"the wrist allows {plan.laps_allowed:.2f} of {plan.laps:.2f} laps: set run.duration to {offence.time:.0f} s or less"]
+        found = [f"the wrist allows {plan.laps_allowed:.2f} of {plan.laps:.2f} laps: set run.duration to {math.floor(offence.time)} s or less"]
         if plan.unwindings == () and math.hypot(*plan.cell.tool.magnet[:2]) < 1e-4:
             found.append("let the wrist unwind in place between laps (--unwind)")
         for other in plan.alternatives[:2]:
@@ -82,7 +82,7 @@ def report(plan: Plan) -> dict[str, Any]:
             "branch": plan.branch,
         },
         "start_joints_deg": np.degrees(plan.joints[0]).tolist() if np.isfinite(plan.joints[0]).all() else None,
-        "margins": margins(plan),
+        "margins": margins(plan) if np.isfinite(plan.joints[0]).all() else None,
     }
 
 
