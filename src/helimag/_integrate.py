@@ -3,7 +3,8 @@
 Each run advances on its own clock from sample to sample. A launch takes a batch through a few samples only and leaves
 in ``Progress`` all that is needed to go on, so that the host can report, be interrupted, and continue.
 
-The magnet model and the kind of path are chosen when a kernel is built, not by branches in the loop: see :func:`build_advance`.
+The magnet model and the kind of path are chosen when a kernel is built, not by branches in the loop: see
+:func:`build_advance`.
 """
 
 from collections.abc import Callable

@@ -28,7 +28,7 @@ def initial_gap(scenario: Scenario) -> float:
 
 
 def arm_position(scenario: Scenario) -> Floats:
-    """Position of the RPM at t = 0 in the lab frame (m): the path's first, or eq. (1), pitch about the origin or the magnet."""
+    """Position of the RPM at t = 0, lab frame (m): the first of its path, or eq. (1) with either reading of pitch."""
     drive = scenario.drive
     if drive.path is not None:
         return np.array(drive.path.position[0])

@@ -146,9 +146,13 @@ def read_back(
         print(f"{source} against the plan of {plan.scenario.name}")
         print(f"  position  within {1e6 * found.position:.3f} um")
         print(f"  axis      within {found.axis:.2e} rad")
-        print(f"  timing    within {100.0 * found.timing:.4f} %  ({found.duration:.2f} s, planned {plan.duration:.2f} s)")
+        print(
+            f"  timing    within {100.0 * found.timing:.4f} %  ({found.duration:.2f} s, planned {plan.duration:.2f} s)"
+        )
     if not found.acceptable:
-        raise RunError(f"{source} is not the programme of this scenario and cell: it differs by more than 1 um, 1e-6 rad or 0.1 %")
+        raise RunError(
+            f"{source} is not the programme of this scenario and cell: it differs by more than 1 um, 1e-6 rad or 0.1 %"
+        )
 
 
 @app.command
@@ -224,7 +228,9 @@ def jitter(
         return
     print(f"{chosen.name}, errors {errors.source}")
     for outcome in outcomes:
-        counts = ", ".join(f"{outcome.verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(outcome.verdicts))
+        counts = ", ".join(
+            f"{outcome.verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(outcome.verdicts)
+        )
         print(f"  {outcome.kind:16s} gain {outcome.mean:.4f} +- {outcome.spread:.4f}   {counts}")
 
 
@@ -303,21 +309,33 @@ def _draw(plan: "Plan", target: Path) -> None:
 
 
 def _print_report(found: dict[str, Any]) -> None:
-    print(f"{found['scenario']} with {found['arm']}, cell '{found['cell']}': {'feasible' if found['feasible'] else 'NOT feasible'}")
+    print(
+        f"{found['scenario']} with {found['arm']}, cell '{found['cell']}': "
+        f"{'feasible' if found['feasible'] else 'NOT feasible'}"
+    )
     if found["offence"] is not None:
         print(f"  {found['offence']['text']}")
         for remedy in found["remedies"]:
             print(f"  remedy    {remedy}")
     if "with_unwinding" in found:
         other = found["with_unwinding"]
-        outcome = f"feasible with {other['unwindings']} unwindings, {other['duration_s']:.1f} s" if other["feasible"] else "not feasible"
+        outcome = (
+            f"feasible with {other['unwindings']} unwindings, {other['duration_s']:.1f} s"
+            if other["feasible"]
+            else "not feasible"
+        )
         print(f"  --unwind  {outcome}")
     tool = found["tool"]
-    print(f"  tool      motor's axis {tool['motor_axis']} the rotation axis, turned {tool['roll_deg']:.0f} deg, branch {tool['branch']}")
+    print(
+        f"  tool      motor's axis {tool['motor_axis']} the rotation axis, turned "
+        f"{tool['roll_deg']:.0f} deg, branch {tool['branch']}"
+    )
     print(f"  duration  {found['duration_s']:.1f} s, {found['laps']:.2f} laps, {len(found['unwindings'])} unwindings")
     margins = found["margins"]
     if margins is not None:
         joints = ", ".join(f"{name} {value:.0f}" for name, value in margins["joint_limits_deg"].items())
         print(f"  margins   joints (deg) {joints}; singularity {margins['singularity_deg']:.0f} deg")
         near = ", ".join(f"{name} {value:.0f} mm" for name, value in margins["obstacles_mm"].items())
-        print(f"            fastest joint at {100.0 * margins['largest_share_of_joint_speed']:.1f} % of its speed; {near}")
+        print(
+            f"            fastest joint at {100.0 * margins['largest_share_of_joint_speed']:.1f} % of its speed; {near}"
+        )

@@ -83,7 +83,7 @@ Knot = wp.types.vector(length=6, dtype=wp.float64)
 
 @wp.struct
 class SampledDrive:
-    """A path through samples: cubic pieces from one time to the next, coefficients with the highest power first (SI, radians)."""
+    """A path through samples: cubic pieces between times, the coefficient of the highest power first (SI, radians)."""
 
     times: wp.array(dtype=wp.float64)  # (n,)
     pieces: wp.array2d(dtype=Knot)  # (n - 1, 4)

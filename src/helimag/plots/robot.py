@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from helimag.plots._save import save
+from helimag.plots._style import BLUE, FULL_WIDTH, GREY, ORANGE, PALE, SKY, VERMILLION, styled
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from helimag.plots._save import save
-from helimag.plots._style import BLUE, FULL_WIDTH, GREY, ORANGE, PALE, SKY, VERMILLION, styled
 from helimag.robot import Plan
 from helimag.robot.checks import joint_rates
 from helimag.robot.collision import capsules
@@ -91,9 +91,11 @@ def _draw_speed(axes: Any, time: Floats, speed: Floats, allowed: float) -> None:
             axes.axhspan(sign * allowed, sign * 1.15 * max(allowed, largest), color=PALE, linewidth=0.0)
         axes.set_ylim(-1.15 * max(allowed, largest), 1.15 * max(allowed, largest))
     else:
-        span = max(1.3 * largest, 1e-3)
+        span = max(1.7 * largest, 1e-3)
         axes.set_ylim(-span, span)
-        axes.text(0.99, 0.93, f"allowed {allowed:.0f} deg/s", transform=axes.transAxes, ha="right", va="top", color=GREY)
+        axes.text(
+            0.99, 0.93, f"allowed {allowed:.0f} deg/s", transform=axes.transAxes, ha="right", va="top", color=GREY
+        )
     axes.set_ylabel("deg/s")
     axes.margins(x=0.0)
 
@@ -101,7 +103,8 @@ def _draw_speed(axes: Any, time: Floats, speed: Floats, allowed: float) -> None:
 def draw_cell(plan: Plan) -> Figure:
     """Arm, motor, magnet, boxes and path: the whole cell, and the surroundings of the magnet. Lab frame, mm."""
     with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 0.52 * FULL_WIDTH), layout="constrained")
+        figure = Figure(figsize=(FULL_WIDTH, 0.5 * FULL_WIDTH))
+        figure.subplots_adjust(left=0.02, right=0.95, bottom=0.08, top=0.92, wspace=0.1)
         whole = figure.add_subplot(1, 2, 1, projection="3d")
         close = figure.add_subplot(1, 2, 2, projection="3d")
         poses = plan.path.at(plan.times)
@@ -120,7 +123,7 @@ def draw_cell(plan: Plan) -> Figure:
         centre = poses.position.mean(axis=0)
         _frame(whole, np.concatenate([parts.begin[0], parts.end[0], [np.array(o.high) for o in plan.cell.obstacle]]))
         close.set(**{f"{n}lim": 1e3 * np.array([c - CLOSE, c + CLOSE]) for n, c in zip("xyz", centre, strict=True)})
-        close.set_box_aspect((1, 1, 1))
+        close.set_box_aspect((1, 1, 1), zoom=0.88)
         whole.set_title("cell; arm at start, middle and end")
         close.set_title("magnet: path and rotation axis")
     return figure
@@ -156,4 +159,4 @@ def _frame(axes: Any, points: Floats) -> None:
     low, high = 1e3 * points.min(axis=0), 1e3 * points.max(axis=0)
     half, middle = (high - low).max() / 2.0 * 1.05, (low + high) / 2.0
     axes.set(**{f"{n}lim": (c - half, c + half) for n, c in zip("xyz", middle, strict=True)})
-    axes.set_box_aspect((1, 1, 1))
+    axes.set_box_aspect((1, 1, 1), zoom=0.88)

@@ -25,8 +25,9 @@ class Solutions:
     """All ways to hold flange frames.
 
     ``joints`` is (..., 8, 6), each angle within half a turn of zero, not a number where a branch cannot reach.
-    ``reachable`` is (..., 8). ``singular`` (..., 8, 3) holds the distance of each branch from the three singularities (rad):
-    wrist centre over the first axis (seen from there by the upper arm's length), arm stretched or folded, axes 4 and 6 in line.
+    ``reachable`` is (..., 8). ``singular`` (..., 8, 3) holds the distance of each branch from the three singularities
+    (rad): wrist centre over the first axis (seen from there by the upper arm's length), arm stretched or folded, axes
+    4 and 6 in line.
     """
 
     joints: Floats
@@ -35,7 +36,7 @@ class Solutions:
 
 
 def joint_frames(arm: Arm, joints: Floats) -> Floats:
-    """Positions (..., 6, 3) of base, shoulder, elbow, knee, wrist and flange, the knee being the corner of the forearm (m)."""
+    """Positions (..., 6, 3) in m of base, shoulder, elbow, knee (the forearm's corner), wrist and flange."""
     link = arm.link
     base, upper, fore = _turns(arm, joints)
     shoulder = np.array([0.0, 0.0, link.d1]) + link.a1 * base[..., :, 0]
@@ -72,8 +73,9 @@ def _turns(arm: Arm, joints: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def inverse_kinematics(arm: Arm, flange: Floats) -> Solutions:
-    """All joint angles that put the flange into frames (..., 4, 4): wrist centre first, then a planar arm, then the wrist.
+    """All joint angles that put the flange into frames (..., 4, 4).
 
+    The wrist's centre sets the first axis and, as a planar arm, the next two; what is left of the turn is the wrist's.
     In a wrist singularity only the sum of axes 4 and 6 is set; the solution given has axis 4 at zero.
     """
     link = arm.link
@@ -105,11 +107,11 @@ def inverse_kinematics(arm: Arm, flange: Floats) -> Solutions:
                 singular[..., branch, 1] = np.minimum(bend, np.pi - bend)
                 singular[..., branch, 2] = np.arcsin(np.clip(np.abs(np.sin(fifth)), 0.0, 1.0))
     joints *= np.array(arm.joint_sign)
-    return Solutions(joints, np.isfinite(joints).all(axis=-1), singular)
+    return Solutions(joints, np.asarray(np.isfinite(joints).all(axis=-1)), singular)
 
 
 def _wrist_angles(turned: Floats) -> tuple[tuple[Floats, Floats, Floats], tuple[Floats, Floats, Floats]]:
-    """Both ways to write rotations (..., 3, 3) as Rx Ry Rx: three angles each, the middle one positive, then negative."""
+    """Both ways to write rotations (..., 3, 3) as Rx Ry Rx, the middle angle positive, then negative."""
     sine = np.hypot(turned[..., 0, 1], turned[..., 0, 2])
     in_line = sine < 1e-12
     fifth = np.arctan2(sine, turned[..., 0, 0])
@@ -132,7 +134,9 @@ def within_limits(arm: Arm, joints: Floats) -> Floats:
     for solution in joints[np.isfinite(joints).all(axis=-1)]:
         choices = []
         for i in range(6):
-            turns = np.arange(np.ceil((low[i] - solution[i]) / TURN - 1e-12), np.floor((high[i] - solution[i]) / TURN + 1e-12) + 1)
+            turns = np.arange(
+                np.ceil((low[i] - solution[i]) / TURN - 1e-12), np.floor((high[i] - solution[i]) / TURN + 1e-12) + 1
+            )
             choices.append(solution[i] + TURN * turns)
         found.extend(np.stack(np.meshgrid(*choices, indexing="ij"), axis=-1).reshape(-1, 6))
     return np.array(found).reshape(-1, 6)

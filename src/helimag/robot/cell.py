@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
-from helimag import quantities as q
 from helimag.errors import FileError, InputError
 from helimag.robot.frames import frame, tool_rotation
 from helimag.scenario._device import Part
@@ -48,8 +47,8 @@ class LinkRadii(Part):
 class Arm(Part):
     """A six-axis arm: lengths, limits, and which way its axes turn.
 
-    With all signs positive, axis 1 turns about the base's z, axes 2, 3 and 5 turn the arm forwards and down, axes 4 and 6 turn
-    about the forearm and the flange's outward normal. KUKA's axes 1, 4 and 6 turn the other way.
+    With all signs positive, axis 1 turns about the base's z, axes 2, 3 and 5 turn the arm forwards and down, axes 4
+    and 6 turn about the forearm and the flange's outward normal. KUKA's axes 1, 4 and 6 turn the other way.
     """
 
     name: str
@@ -209,5 +208,3 @@ def _model(kind: type[Model], data: dict[str, Any], source: str) -> Model:
         return kind.model_validate(data, context={"file": True})
     except ValidationError as error:
         raise InputError(f"{source}: {'; '.join(_messages(error))}") from None
-
-

@@ -1,4 +1,4 @@
-"""What stops an arm on its way: reach, singularities, joint limits, joint speeds, collisions. Each says when, which joint, what value."""
+"""What stops an arm on its way: reach, singularities, joint limits and speeds, collisions."""
 
 import math
 from collections.abc import Iterator
@@ -42,7 +42,9 @@ class Offence:
             case "limit":
                 return f"{at} {self.joint} would pass its limit of {_degrees(self.limit)}, to {_degrees(self.value)}"
             case "speed":
-                return f"{at} {self.joint} would turn at {_degrees(self.value)}/s; its limit is {_degrees(self.limit)}/s"
+                return (
+                    f"{at} {self.joint} would turn at {_degrees(self.value)}/s; its limit is {_degrees(self.limit)}/s"
+                )
             case _:
                 return (
                     f"{at} the {self.joint} would be {1e3 * self.value:.1f} mm away; the cell's clearance is "
@@ -68,15 +70,20 @@ def first_offence(cell: Cell, times: Floats, joints: Floats, singular: Floats, r
     return min(found, key=lambda offence: offence.time, default=None)
 
 
-def _offences(
-    cell: Cell, times: Floats, joints: Floats, singular: Floats, rates: Floats
-) -> Iterator[Offence | None]:
+def _offences(cell: Cell, times: Floats, joints: Floats, singular: Floats, rates: Floats) -> Iterator[Offence | None]:
     arm = cell.arm
     lost = ~np.isfinite(joints).all(axis=1)
     if lost.any():
         yield Offence(float(times[np.argmax(lost)]), "reach", "the arm", math.nan, math.nan)
     for i, what in enumerate(SINGULARITIES):
-        yield _first(times, singular[:, i], singular[:, i] < cell.singularity_margin, "singularity", what, cell.singularity_margin)
+        yield _first(
+            times,
+            singular[:, i],
+            singular[:, i] < cell.singularity_margin,
+            "singularity",
+            what,
+            cell.singularity_margin,
+        )
     low, high = arm.limits
     speeds = np.abs(rates)
     for i in range(6):
@@ -112,14 +119,16 @@ def first_collision(cell: Cell, times: Floats, joints: Floats, magnet_reach: flo
         distances = clearances(parts, obstacle)
         for i, name in enumerate(parts.names):
             where = f"{name} from the {obstacle.name}"
-            offence = _first(times, distances[:, i], distances[:, i] < cell.clearance, "collision", where, cell.clearance)
+            offence = _first(
+                times, distances[:, i], distances[:, i] < cell.clearance, "collision", where, cell.clearance
+            )
             if offence is not None:
                 found.append(offence)
     return min(found, key=lambda offence: offence.time, default=None)
 
 
 def continuous(arm: Arm, solutions: Solutions, branch: int) -> Floats:
-    """One branch along a path as continuous joint angles (n, 6), each shifted by the whole turns that keep it legal longest."""
+    """One branch along a path as continuous joint angles (n, 6), shifted by whole turns to stay legal longest."""
     joints = np.unwrap(solutions.joints[:, branch, :], axis=0)
     low, high = arm.limits
     for i in range(6):

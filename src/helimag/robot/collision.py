@@ -26,7 +26,7 @@ class Capsules:
 
 
 def capsules(cell: Cell, joints: Floats, magnet_reach: float) -> Capsules:
-    """Arm, motor and magnet at joint angles (n, 6); the magnet is the ball of radius ``magnet_reach`` (m) that it sweeps."""
+    """Arm, motor and magnet at joint angles (n, 6); the magnet is a ball of radius ``magnet_reach`` (m)."""
     points = joint_frames(cell.arm, joints)
     foot, shoulder, elbow, knee, wrist, flange = np.moveaxis(points, -2, 0)
     tool = tool_frames_in_base(cell, joints)
@@ -55,7 +55,7 @@ def tool_frames_in_base(cell: Cell, joints: Floats) -> Floats:
 
 
 def clearances(parts: Capsules, obstacle: Obstacle) -> Floats:
-    """Distance (n, k) in m of each part's surface from a box; negative where they overlap by less than the capsule's radius."""
+    """Distance (n, k) in m of each part's surface from a box; negative where they overlap."""
     return segment_box_distance(parts.begin, parts.end, np.array(obstacle.low), np.array(obstacle.high)) - parts.radius
 
 

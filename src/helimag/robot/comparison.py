@@ -20,7 +20,7 @@ SLACK = 1e-3  # s; programme times carry the rounding of the speeds
 
 @dataclass(frozen=True)
 class Deviation:
-    """Largest deviations of a programme from its plan: position (m), rotation axis (rad), duration (share of the planned one)."""
+    """Largest deviations of a programme: position (m), rotation axis (rad), timing (share of the duration)."""
 
     position: float
     axis: float
@@ -36,9 +36,10 @@ class Deviation:
 def deviation(plan: Plan, playback: Playback) -> Deviation:
     """Compare a programme with the plan.
 
-    Every pose of the programme is held against the nearest planned pose around its time: what is left is the deviation in
-    position and axis, and how far in time that pose lies is the deviation in timing, as is the difference in duration with the
-    ramps of start and stop. An unwinding is compared in position only: the rotation axis leaves the path there on purpose.
+    Every pose of the programme is held against the nearest planned pose around its time: what is left is the
+    deviation in position and axis, and how far in time that pose lies is the deviation in timing, as is the
+    difference in duration with the ramps of start and stop. An unwinding is compared in position only: the rotation
+    axis leaves the path there on purpose.
     """
     times, unwinding = path_time(plan, playback.time)
     sign = -1.0 if plan.reversed_axis else 1.0
@@ -81,5 +82,7 @@ def path_time(plan: Plan, times: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         inside = (times > begin + SLACK) & (times < begin + unwound.duration - SLACK)
         unwinding |= inside
         delay += unwound.duration
-        path_times = np.where(inside, unwound.time, np.where(times >= begin + unwound.duration - SLACK, times - delay, path_times))
+        path_times = np.where(
+            inside, unwound.time, np.where(times >= begin + unwound.duration - SLACK, times - delay, path_times)
+        )
     return path_times, unwinding

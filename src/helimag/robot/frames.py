@@ -64,7 +64,7 @@ def inverse(matrix: Floats) -> Floats:
 
 
 def tool_rotation(axis: Floats) -> Floats:
-    """Rotation of the tool frame in the flange frame (3, 3): x along the motor's axis, z as far back to the arm as can be.
+    """Rotation (3, 3) of the tool in the flange frame: x along the motor's axis, z as far back as can be.
 
     With the motor across the flange, the tool's z then points up when the flange points down. A motor in line with the
     flange has no such direction; its z is the flange's x.
@@ -93,7 +93,9 @@ def turn_vector(vector: Floats) -> Floats:
     x, y, z = np.moveaxis(vector, -1, 0)
     zero = np.zeros_like(x)
     cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*vector.shape[:-1], 3, 3)
-    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * cross @ cross)
+    return np.asarray(
+        np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * cross @ cross
+    )
 
 
 def vector_turn(matrix: Floats) -> Floats:

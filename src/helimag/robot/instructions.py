@@ -28,9 +28,9 @@ class Order(StrEnum):
 class Instruction:
     """One instruction. ``begin`` and ``end`` are programme times (s).
 
-    ``target`` is joint angles (6,) in rad, or a tool pose (6,): position in m and angles A, B, C in rad, in the lab frame; ``via``
-    the same for the middle of an arc. ``speed`` is in m/s, in rad/s for a turn, and a share of the joint speeds for joints.
-    ``rounded`` allows the arm to pass the target without a stop.
+    ``target`` is joint angles (6,) in rad, or a tool pose (6,): position in m and angles A, B, C in rad, in the lab
+    frame; ``via`` the same for the middle of an arc. ``speed`` is in m/s, in rad/s for a turn, and a share of the
+    joint speeds for joints. ``rounded`` allows the arm to pass the target without a stop.
     """
 
     order: Order
@@ -59,7 +59,14 @@ def instructions(plan: Plan) -> list[Instruction]:
             begin = motion.end + delay
             delay += unwinding.duration
             result.append(
-                Instruction(Order.JOINTS, begin, begin + unwinding.duration, plan.joints[at], None, plan.cell.joint_percent / 100.0)
+                Instruction(
+                    Order.JOINTS,
+                    begin,
+                    begin + unwinding.duration,
+                    plan.joints[at],
+                    None,
+                    plan.cell.joint_percent / 100.0,
+                )
             )
     return result
 

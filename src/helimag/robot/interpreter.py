@@ -1,8 +1,9 @@
 """Run a KRL programme on paper: where the tool is, and when.
 
-Reals are rounded to single precision, as the controller holds them. An arm that passes a rounded point keeps its speed; it
-starts and stops with $ACC.CP. Between two orientations it turns about one axis at a steady rate, in an arc with
-$CIRC_TYPE = #PATH relative to the path. Joint motions run at their speed limits; their accelerations are not known and left out.
+Reals are rounded to single precision, as the controller holds them. An arm that passes a rounded point keeps its
+speed; it starts and stops with $ACC.CP. Between two orientations it turns about one axis at a steady rate, in an arc
+with $CIRC_TYPE = #PATH relative to the path. Joint motions run at their speed limits; their accelerations are not
+known and left out.
 """
 
 import math
@@ -28,8 +29,9 @@ FEWEST = 5  # poses in a motion
 class Playback:
     """What a programme does after its first motion, which brings the arm to the start.
 
-    ``time`` (n,) in s is without the ramps where the arm starts and stops; ``pose`` (n, 4, 4) the tool in $BASE, with samples
-    inside every motion, and two at one time where the arm stands still. ``ramps`` is the time that starting and stopping adds.
+    ``time`` (n,) in s is without the ramps where the arm starts and stops; ``pose`` (n, 4, 4) the tool in $BASE, with
+    samples inside every motion, and two at one time where the arm stands still. ``ramps`` is the time that starting
+    and stopping adds.
     """
 
     time: Floats
@@ -83,7 +85,9 @@ class _Machine:
     times: list[float] = field(default_factory=list)
     poses: list[Floats] = field(default_factory=list)
     ramps: float = 0.0
-    running: float | None = None  # speed over acceleration with which the arm passes the last point; None when it stands
+    running: float | None = (
+        None  # speed over acceleration with which the arm passes the last point; None when it stands
+    )
 
     def take(self, statement: Statement) -> None:
         match statement:
@@ -111,7 +115,9 @@ class _Machine:
     def _joints(self, statement: Move) -> None:
         (point,) = statement.points
         if not all(f"A{i}" in point for i in range(1, 7)):
-            raise InputError(f".src file, line {statement.line}: expected PTP to six joint angles A1 to A6; got {point}")
+            raise InputError(
+                f".src file, line {statement.line}: expected PTP to six joint angles A1 to A6; got {point}"
+            )
         target = np.radians([_single(point[f"A{i}"]) for i in range(1, 7)])
         if self.joints is None:
             self.joints = self.start_joints = target
@@ -168,7 +174,7 @@ class _Machine:
             self._stop()
 
     def _follow(self, poses: Floats, statement: Move) -> None:
-        """Keep track of the joint angles along a path: at every pose the branch, and the whole turns, nearest to those before."""
+        """Keep track of the joint angles: at every pose the branch and whole turns nearest to those before."""
         flange = self.base @ poses @ inverse(self.tool)
         for branches in inverse_kinematics(self.arm, flange).joints:
             step = principal(branches - self.joints)
@@ -198,7 +204,9 @@ class _Machine:
     def _needed(self, variable: str, statement: Move) -> float:
         value = self.real.get(variable)
         if value is None or not value > 0.0:
-            raise InputError(f".src file, line {statement.line}: {variable} must be set to a positive number before this motion")
+            raise InputError(
+                f".src file, line {statement.line}: {variable} must be set to a positive number before this motion"
+            )
         return value
 
 
@@ -222,7 +230,7 @@ def _line(start: Floats, target: Floats, by: Floats, shares: Sequence[float]) ->
 
 
 def _arc(start: Floats, target: Floats, centre: Floats, turned: Floats, along: bool, shares: Sequence[float]) -> Floats:
-    """Poses on an arc that turns by the vector ``turned`` (rad) about ``centre``; the tool turns with the path where ``along``."""
+    """Poses on an arc by the vector ``turned`` (rad) about ``centre``; the tool turns with it where ``along``."""
     share = np.array(shares)[:, None]
     turning = turn_vector(share * turned)
     positions = centre + np.einsum("nij,j->ni", turning, start[:3, 3] - centre)

@@ -1,4 +1,4 @@
-"""What an arm that does not quite do what it is told does to a run: speed ripple, path offset, shaking, frequency error."""
+"""What errors of arm and motor do to a run: speed ripple, path offset, shaking, frequency error."""
 
 import math
 import tomllib
@@ -110,11 +110,14 @@ def jittered(scenario: Scenario, jitter: Jitter, random: np.random.Generator) ->
         Where the spectrum is so fast that the path would need too many samples.
     """
     path = magnet_path(scenario)
-    fastest = max([line.frequency for line in (*jitter.speed, *jitter.shake)], default=0.0)
+    fastest = max([*(line.frequency for line in jitter.speed), *(line.frequency for line in jitter.shake)], default=0.0)
     interval = min([COARSEST] + ([1.0 / (SAMPLES_A_PERIOD * fastest)] if fastest else []))
     count = math.ceil(path.duration / interval) + 1
     if count > MOST:
-        raise InputError(f"jitter needs {count} samples at {fastest:g} Hz over {path.duration:g} s, more than {MOST}; shorten the run")
+        raise InputError(
+            f"jitter needs {count} samples at {fastest:g} Hz over {path.duration:g} s, "
+            f"more than {MOST}; shorten the run"
+        )
     times = np.linspace(0.0, path.duration, count)
     along = times.copy()
     for line in jitter.speed:
@@ -151,7 +154,9 @@ def study(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> list[Outcome]:
-    """Gain and verdict without errors, with each kind of error alone, and with all; ``draws`` runs a kind with other phases.
+    """Gain and verdict without errors, with each kind of error alone, and with all.
+
+    Each kind has ``draws`` runs, with other phases.
 
     Raises
     ------
@@ -168,7 +173,10 @@ def study(
         runs += [jittered(scenario, part, np.random.default_rng([seed, i])) for i in range(drawn)]
         labels += [kind] * drawn
     judged = [history.judge() for history in advance(runs, progress=progress)]
-    return [_outcome(kind, [j for label, j in zip(labels, judged, strict=True) if label == kind]) for kind in dict.fromkeys(labels)]
+    return [
+        _outcome(kind, [j for label, j in zip(labels, judged, strict=True) if label == kind])
+        for kind in dict.fromkeys(labels)
+    ]
 
 
 def _outcome(kind: str, judged: Sequence[object]) -> Outcome:
@@ -180,7 +188,7 @@ def _outcome(kind: str, judged: Sequence[object]) -> Outcome:
 
 
 def measured_jitter(scenario: Scenario, log: Log, source: str) -> Jitter:
-    """The errors of a log against its scenario's own path: mean offset, the strongest lines of the rest, the motor's frequency error.
+    """The errors of a log against its scenario's own path: offset, strongest lines of the rest, frequency error.
 
     Errors along the path count as shaking too: a log cannot tell an early arm from a displaced one.
 
@@ -216,7 +224,7 @@ def measured_jitter(scenario: Scenario, log: Log, source: str) -> Jitter:
 
 
 def _frequency_error(scenario: Scenario, log: Log) -> float:
-    """Share by which the motor turned faster than it should, from the slope of its angle; zero where it was not recorded."""
+    """Share by which the motor turned too fast, from the slope of its angle; zero where it was not recorded."""
     if log.motor is None:
         return 0.0
     turned = abs(float(np.polyfit(log.time, np.unwrap(log.motor), 1)[0]))

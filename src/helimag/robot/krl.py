@@ -1,4 +1,4 @@
-"""KUKA Robot Language: a plan as a .src and a .dat file. Millimetres and degrees, speeds in m/s; nothing unchecked gets in."""
+"""KUKA Robot Language: a plan as a .src and a .dat file. Millimetres, degrees, m/s; nothing unchecked gets in."""
 
 import math
 import re
@@ -19,13 +19,103 @@ LARGEST = 1e6  # no number of a sane programme is beyond it
 SLOWEST = 1e-7  # m/s; ten decimals still hold it to 0.05 %
 APPROACH = 10  # % of the joint speeds, on the way to the first point
 RESERVED = frozenset(
-    "AND ANIN ANOUT B_AND B_EXOR B_NOT B_OR BOOL BRAKE C_DIS C_ORI C_PTP C_SPL C_VEL CASE CHAR CIRC CIRC_REL CONST CONTINUE CONFIRM "
-    "DECL DEF DEFAULT DEFDAT DEFFCT DELAY DO ELSE END ENDDAT ENDFCT ENDFOR ENDIF ENDLOOP ENDSPLINE ENDSWITCH ENDWHILE ENUM EXIT EXOR "
-    "EXT EXTFCT FALSE FOR FRAME GLOBAL GOTO HALT IF IMPORT INT INTERRUPT LIN LIN_REL LOOP MAXIMUM MINIMUM NOT OFF ON OR POS E6POS "
-    "E6AXIS AXIS PRIO PTP PTP_REL PUBLIC PULSE REAL REPEAT RESUME RETURN SCIRC SEC SIGNAL SLIN SPL SPLINE SPTP STRUC SWITCH THEN TO "
-    "TRIGGER TRUE UNTIL WAIT WHEN WHILE WITH".split()
+    [
+        "AND",
+        "ANIN",
+        "ANOUT",
+        "B_AND",
+        "B_EXOR",
+        "B_NOT",
+        "B_OR",
+        "BOOL",
+        "BRAKE",
+        "C_DIS",
+        "C_ORI",
+        "C_PTP",
+        "C_SPL",
+        "C_VEL",
+        "CASE",
+        "CHAR",
+        "CIRC",
+        "CIRC_REL",
+        "CONST",
+        "CONTINUE",
+        "CONFIRM",
+        "DECL",
+        "DEF",
+        "DEFAULT",
+        "DEFDAT",
+        "DEFFCT",
+        "DELAY",
+        "DO",
+        "ELSE",
+        "END",
+        "ENDDAT",
+        "ENDFCT",
+        "ENDFOR",
+        "ENDIF",
+        "ENDLOOP",
+        "ENDSPLINE",
+        "ENDSWITCH",
+        "ENDWHILE",
+        "ENUM",
+        "EXIT",
+        "EXOR",
+        "EXT",
+        "EXTFCT",
+        "FALSE",
+        "FOR",
+        "FRAME",
+        "GLOBAL",
+        "GOTO",
+        "HALT",
+        "IF",
+        "IMPORT",
+        "INT",
+        "INTERRUPT",
+        "LIN",
+        "LIN_REL",
+        "LOOP",
+        "MAXIMUM",
+        "MINIMUM",
+        "NOT",
+        "OFF",
+        "ON",
+        "OR",
+        "POS",
+        "E6POS",
+        "E6AXIS",
+        "AXIS",
+        "PRIO",
+        "PTP",
+        "PTP_REL",
+        "PUBLIC",
+        "PULSE",
+        "REAL",
+        "REPEAT",
+        "RESUME",
+        "RETURN",
+        "SCIRC",
+        "SEC",
+        "SIGNAL",
+        "SLIN",
+        "SPL",
+        "SPLINE",
+        "SPTP",
+        "STRUC",
+        "SWITCH",
+        "THEN",
+        "TO",
+        "TRIGGER",
+        "TRUE",
+        "UNTIL",
+        "WAIT",
+        "WHEN",
+        "WHILE",
+        "WITH",
+    ]
 )
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,%d}" % (LONGEST_NAME - 1))
+_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}")
 
 
 def checked_name(name: str) -> str:
@@ -38,7 +128,8 @@ def checked_name(name: str) -> str:
     """
     if not _NAME.fullmatch(name) or not name.isascii():
         raise InputError(
-            f"a programme's name must be a letter and then letters, digits or underscores, {LONGEST_NAME} at most; got {name!r}"
+            f"a programme's name must be a letter and then letters, digits or underscores, "
+            f"{LONGEST_NAME} at most; got {name!r}"
         )
     if name.upper() in RESERVED or name.upper().startswith("BAS"):
         raise InputError(f"a programme's name must not be a word of KRL; got {name!r}")
@@ -142,7 +233,7 @@ def _opening(plan: Plan, name: str, header: Iterable[str]) -> Iterator[str]:
 
 
 def _turn_speed(plan: Plan) -> float:
-    """Angular speed (rad/s) that $VEL.ORI allows: that of a turn on the spot, or the sixth axis' own, out of the way."""
+    """Angular speed (rad/s) for $VEL.ORI: that of a turn on the spot, or one that is out of the way."""
     turning = any(order.order is Order.TURN for order in instructions(plan))
     return abs(plan.path.yaw_rate) if turning else plan.cell.speed_share * plan.cell.arm.joint_speed[5]
 
@@ -161,7 +252,8 @@ def _body(plan: Plan, orders: Sequence[Instruction], spline: bool) -> Iterator[s
         if order.order in {Order.LINE, Order.ARC}:
             if order.speed < SLOWEST:
                 raise InputError(
-                    f"the arm must move at {1e3 * SLOWEST:g} mm/s or faster to be programmed; at {order.begin:.2f} s the path asks "
+                    f"the arm must move at {1e3 * SLOWEST:g} mm/s or faster to be programmed; "
+                    f"at {order.begin:.2f} s the path asks "
                     f"for {1e3 * order.speed:.3g} mm/s"
                 )
             if number(order.speed, 10) != speed:
@@ -182,7 +274,9 @@ def _motion(order: Instruction, i: int, prefix: str) -> str:
         case Order.LINE:
             return f"{prefix}LIN XP{i}" + (" C_DIS" if order.rounded else "")
         case Order.TURN:
-            return f"{prefix}LIN XP{i}" + (" C_ORI" if order.rounded and not prefix else " C_DIS" if order.rounded else "")
+            return f"{prefix}LIN XP{i}" + (
+                " C_ORI" if order.rounded and not prefix else " C_DIS" if order.rounded else ""
+            )
         case Order.ARC:
             return f"{prefix}CIRC XV{i}, XP{i}" + (" C_DIS" if order.rounded else "")
         case Order.WAIT:
@@ -199,4 +293,3 @@ def _points(plan: Plan, name: str, orders: Sequence[Instruction]) -> Iterator[st
             yield f"DECL E6AXIS XP{i}={{{axes(order.target)}}}"
         elif order.order is not Order.WAIT:
             yield f"DECL E6POS XP{i}={{{pose(order.target)}}}"
-

@@ -42,7 +42,7 @@ NUMBER: /[-+]?(\d+\.?\d*|\.\d+)(E[-+]?\d+)?/
 
 @dataclass(frozen=True)
 class Move:
-    """A motion statement: ``order`` is ptp, lin or circ; points are aggregates of named numbers as written (mm, degrees)."""
+    """A motion statement: ``order`` is ptp, lin or circ; points are named numbers as written (mm, degrees)."""
 
     order: str
     points: tuple[dict[str, float], ...]

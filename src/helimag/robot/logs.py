@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from helimag import quantities as q
 from helimag.errors import FileError, InputError
 from helimag.robot.cell import Cell
-from helimag.robot.interpreter import Playback
 from helimag.robot.frames import frames, inverse, rotation, turn
+from helimag.robot.interpreter import Playback
 from helimag.robot.path import magnet_path, motor_angle
 from helimag.robot.timed import Table
 from helimag.scenario import Scenario
@@ -26,8 +26,11 @@ _DEFAULTS = {"motor axis": "along"}
 
 @dataclass(frozen=True)
 class Log:
-    """Timed tool poses in the lab frame: (n,) s from zero, (n, 4, 4) m; motor angle (n,) rad about the tool's x axis from its y
-    axis, or None where it was not recorded; and whether the motor's axis points against the rotation axis."""
+    """Timed tool poses in the lab frame: (n,) s from zero, (n, 4, 4) m.
+
+    ``motor`` is the moment's angle (n,) in rad about the tool's x axis from its y axis, or None where it was not recorded;
+    with ``reversed_axis`` the tool's x axis points against the rotation axis.
+    """
 
     time: Floats
     tool: Floats
@@ -38,9 +41,10 @@ class Log:
 def read_log(path: str | Path, cell: Cell) -> Log:
     """Read a log of measured poses.
 
-    Comment lines state the frame (``# frame: lab`` or ``base``), what was measured (``# pose: tool`` or ``flange``) and, where it
-    differs, ``# motor axis: against``. The columns ``time, x, y, z, a, b, c`` and, if there is one, ``motor`` carry their units, as in
-    ``x [mm]``; A, B, C are KUKA's angles. Other columns are passed over. Time is counted from the first row.
+    Comment lines state the frame (``# frame: lab`` or ``base``), what was measured (``# pose: tool`` or ``flange``)
+    and, where it differs, ``# motor axis: against``. The columns ``time, x, y, z, a, b, c`` and, if there is one,
+    ``motor`` carry their units, as in ``x [mm]``; A, B, C are KUKA's angles. Other columns are passed over. Time is
+    counted from the first row.
 
     Raises
     ------
@@ -65,7 +69,9 @@ def read_log(path: str | Path, cell: Cell) -> Log:
 
 def _log(text: str, cell: Cell) -> Log:
     marks = _marks(text)
-    lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and not line.startswith("#")]
+    lines = [
+        (i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and not line.startswith("#")
+    ]
     if len(lines) < 3:
         raise InputError("a log needs a line of column names and two rows or more")
     columns = _columns(lines)
@@ -90,7 +96,9 @@ def _marks(text: str) -> dict[str, str]:
             found[key.strip()] = value.strip()
     for key, choices in _CHOICES.items():
         if found.get(key) not in choices:
-            raise InputError(f"a comment line must state '# {key}: {choices[0]}' or '{choices[1]}'; got {found.get(key)!r}")
+            raise InputError(
+                f"a comment line must state '# {key}: {choices[0]}' or '{choices[1]}'; got {found.get(key)!r}"
+            )
     return found
 
 
@@ -121,7 +129,9 @@ def _number(row: list[str], i: int, line: int) -> float:
     except (IndexError, ValueError):
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"line {line}: column {i + 1} must be a finite number; got {row[i] if i < len(row) else 'nothing'!r}")
+        raise InputError(
+            f"line {line}: column {i + 1} must be a finite number; got {row[i] if i < len(row) else 'nothing'!r}"
+        )
     return value
 
 
@@ -132,7 +142,7 @@ def log_of(table: Table, reversed_axis: bool) -> Log:
 
 
 def log_of_playback(playback: Playback, scenario: Scenario) -> Log:
-    """What a programme does, as a log without a motor; its axis is taken the way round that fits the scenario's start."""
+    """What a programme does, as a log without a motor, its axis the way round that fits the scenario's start."""
     keep = np.append(np.diff(playback.time) > 1e-9, True)
     start = magnet_path(scenario).at(np.zeros(1)).axis[0]
     return Log(playback.time[keep], playback.pose[keep], None, bool(playback.pose[0, :3, 0] @ start < 0.0))
@@ -141,8 +151,8 @@ def log_of_playback(playback: Playback, scenario: Scenario) -> Log:
 def replayed(scenario: Scenario, log: Log, source: str) -> Scenario:
     """The scenario with the magnet's path replaced by a log's, from the log's first row on, as long as both last.
 
-    Where the log holds no motor angle, the motor is taken to turn evenly against the tool at the drive's frequency, so that a turn
-    of the tool about the motor's axis turns the magnet with it.
+    Where the log holds no motor angle, the motor is taken to turn evenly against the tool at the drive's frequency,
+    so that a turn of the tool about the motor's axis turns the magnet with it.
 
     Raises
     ------

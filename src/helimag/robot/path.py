@@ -1,9 +1,10 @@
-"""The path of the magnet that a scenario asks for: timed poses of its centre and rotation axis, and the motor's angle."""
+"""The path of the magnet that a scenario asks for: poses of its centre and axis over time, and the motor's angle."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,7 +74,7 @@ class MagnetPath:
 
 
 def magnet_path(scenario: Scenario) -> MagnetPath:
-    """The magnet's path in a scenario, by eqs (1)-(3) with either reading of pitch: see :mod:`helimag.physics.kinematics`."""
+    """The magnet's path in a scenario: eqs (1)-(3) with either reading of pitch, or its samples."""
     drive, duration = scenario.drive, scenario.run.duration
     if drive.path is not None:
         return _sampled_path(scenario, drive.path)
@@ -96,13 +97,13 @@ def _sampled_path(scenario: Scenario, path: SampledPath) -> MagnetPath:
 
     knots = np.append(spline.x[spline.x < duration * (1.0 - 1e-12)], duration)
     ends: list[Motion] = []
-    for begin, end in zip(knots[:-1], knots[1:], strict=True):
-        ends.extend(pieces(Kind.LINE, float(end), _longest_piece(spline, begin, end), float(begin)))
+    for begin, end in pairwise(knots.tolist()):
+        ends.extend(pieces(Kind.LINE, end, _longest_piece(spline, begin, end), begin))
     return MagnetPath(duration, drive.frequency, at, tuple(ends), 0.0)
 
 
 def _longest_piece(spline: "CubicSpline", begin: float, end: float) -> float:
-    """Longest straight piece (s) between two samples that stays within ``CHORD`` and ``SLEW``; the second derivatives are linear."""
+    """Longest straight piece (s) within ``CHORD`` and ``SLEW``; second derivatives are linear between samples."""
     edges = np.array([begin, end - 1e-9 * (end - begin)])
     bend = float(np.linalg.norm(spline(edges, 2)[:, :3], axis=1).max())
     rates, changes = np.abs(spline(np.linspace(begin, end, 5), 1)[:, 3:5]).max(axis=0), np.abs(spline(edges, 2)[:, 3:5])
@@ -115,16 +116,16 @@ def _longest_piece(spline: "CubicSpline", begin: float, end: float) -> float:
 
 
 def drive_poses(drive: Drive, times: Floats) -> Poses:
-    """Poses of the magnet at times (n,) in s: position R_z(yaw) p0 + v t, rotation R_z(yaw) R_y(-pitch), eqs (1)-(3)."""
+    """Poses at times (n,) in s: position R_z(yaw) p0 + v t, rotation R_z(yaw) R_y(-pitch), eqs (1)-(3)."""
     yawing = turn(2, drive.yaw_rate * times)
     position = np.einsum("nij,j->ni", yawing, start_position(drive)) + times[:, None] * np.array(drive.velocity)
     return Poses(times, position, yawing @ turn(1, -drive.pitch), 2.0 * math.pi * drive.frequency * times)
 
 
 def start_position(drive: Drive) -> Floats:
-    """The magnet's centre at t = 0 (3,) in m: above the device, then swung by pitch if that acts about the lab origin."""
+    """The magnet's centre at t = 0 (3,) in m: above the device, and swung by pitch if about the origin."""
     above = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
-    return above if drive.pitch_about == "magnet" else turn(1, -drive.pitch) @ above
+    return np.asarray(above if drive.pitch_about == "magnet" else turn(1, -drive.pitch) @ above)
 
 
 def _drive_motions(drive: Drive, duration: float) -> tuple[Motion, ...]:
@@ -158,7 +159,5 @@ def tool_frames(poses: Poses, roll: float, reversed_axis: bool) -> Floats:
 
 
 def motor_angle(spin: Floats, roll: float, reversed_axis: bool) -> Floats:
-    """Angle of the moment about the tool's x axis, from its y axis (rad), that gives these spin angles about the rotation axis."""
+    """Angle (rad) of the moment about the tool's x axis, from its y axis, at these spin angles."""
     return (math.pi - spin if reversed_axis else spin) - roll
-
-

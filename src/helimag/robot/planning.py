@@ -23,12 +23,13 @@ STEP_LENGTH = 2e-3  # m
 IN_PLACE = 1e-4  # m; how far the magnet's centre may be off the sixth axis
 FEWEST, MOST = 50, 20_000  # checked poses
 AMPLE = math.radians(20.0)  # a margin beyond which more is no better
+SAME = 5e-10  # s; times closer than this are one
 TRIES = 12  # candidates that are checked for collisions before the best of them is taken
 
 
 @dataclass(frozen=True)
 class Unwinding:
-    """A stop at path time ``time`` (s) in which one joint turns back by whole turns, the magnet's centre staying in place."""
+    """A stop at path time ``time`` (s) in which a joint turns back by whole turns, the magnet staying in place."""
 
     time: float
     joint: int
@@ -38,7 +39,7 @@ class Unwinding:
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another way to hold the tool: its turn about the motor's axis (rad), which way the motor points, and how far it gets (s)."""
+    """Another way to hold the tool: turn about the motor's axis (rad), its direction, and how far it gets (s)."""
 
     roll: float
     reversed_axis: bool
@@ -50,9 +51,10 @@ class Alternative:
 class Plan:
     """How the arm takes the magnet along a scenario's path.
 
-    ``times`` (n,) in s and ``joints`` (n, 6) in rad are the checked poses; the tool is turned by ``roll`` about the motor's axis,
-    which points against the rotation axis where ``reversed_axis``. Where ``offence`` is not None the arm cannot do it, and the
-    joints are those of the attempt that got furthest. At an unwinding the joints are those after it.
+    ``times`` (n,) in s and ``joints`` (n, 6) in rad are the checked poses; the tool is turned by ``roll`` about the
+    motor's axis, which points against the rotation axis where ``reversed_axis``. Where ``offence`` is not None the
+    arm cannot do it, and the joints are those of the attempt that got furthest. At an unwinding the joints are those
+    after it.
     """
 
     scenario: Scenario
@@ -106,7 +108,7 @@ class _Candidate:
 
     @property
     def merit(self) -> tuple[float, float, float]:
-        """How far it gets, then how far it stays from limits and singularities; beyond ``AMPLE``, how upright the tool is."""
+        """How far it gets; distance from limits and singularities up to ``AMPLE``; then how upright the tool is."""
         until = math.inf if self.offence is None else self.offence.time
         return until, min(self.margin, AMPLE), -abs(self.roll) - self.reversed_axis
 
@@ -114,9 +116,9 @@ class _Candidate:
 def plan(scenario: Scenario, cell: Cell, *, unwind: bool = False) -> Plan:
     """Find joint angles along the magnet's path.
 
-    All eight branches are tried with the motor either way round and with 24 angles about its axis (the arm's turn about that
-    axis is free, since the motor turns the magnet about it anyway). Of those that pass every check the one furthest from limits
-    and singularities is taken; if none passes, the one that gets furthest in time.
+    All eight branches are tried with the motor either way round and with 24 angles about its axis (the arm's turn
+    about that axis is free, since the motor turns the magnet about it anyway). Of those that pass every check the one
+    furthest from limits and singularities is taken; if none passes, the one that gets furthest in time.
 
     Parameters
     ----------
@@ -151,7 +153,7 @@ def plan(scenario: Scenario, cell: Cell, *, unwind: bool = False) -> Plan:
 
 
 def _alternatives(candidates: list[_Candidate], best: _Candidate, duration: float) -> tuple[Alternative, ...]:
-    """The best of the other ways to hold the tool, one a branch and direction of the motor; collisions are not looked at."""
+    """The best of each other branch and direction of the motor; collisions are not looked at."""
     seen = {(best.reversed_axis, best.branch)}
     found = []
     for candidate in candidates:
@@ -177,7 +179,9 @@ def unwound(plan: Plan, reach: float) -> Plan:
     speed = cell.joint_percent / 100.0 * cell.arm.joint_speed[5]
     while plan.offence is not None and plan.offence.kind == "limit" and plan.offence.joint == "A6":
         if math.hypot(*cell.tool.magnet[:2]) > IN_PLACE:
-            raise InputError("unwinding needs tool.magnet on the flange's z axis, so that the magnet's centre stays in place")
+            raise InputError(
+                "unwinding needs tool.magnet on the flange's z axis, so that the magnet's centre stays in place"
+            )
         since = plan.unwindings[-1].time if plan.unwindings else 0.0
         ends = [motion.end for motion in plan.motions if since < motion.end < plan.offence.time]
         if not ends:
@@ -217,7 +221,8 @@ def _sample_times(path: MagnetPath) -> Floats:
     turned = max(float(np.arccos(steps).sum()), abs(path.yaw_rate) * path.duration)
     count = int(np.clip(max(length / STEP_LENGTH, turned / STEP_ANGLE), FEWEST, MOST))
     ends = [motion.end for motion in path.motions] if len(path.motions) < count else []
-    return np.unique(np.concatenate([np.linspace(0.0, path.duration, count + 1), ends]))
+    times = np.unique(np.concatenate([np.linspace(0.0, path.duration, count + 1), ends]))
+    return np.asarray(times[np.append(True, np.diff(times) > SAME)])
 
 
 def _candidates(path: MagnetPath, cell: Cell, times: Floats) -> Iterator[_Candidate]:

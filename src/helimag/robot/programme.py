@@ -46,8 +46,8 @@ def write_programme(
     Raises
     ------
     InputError
-        Where the plan is not feasible, the run is not bounded and that was not accepted, a name does not fit, or the programme
-        read back differs from the plan.
+        Where the plan is not feasible, the run is not bounded and that was not accepted, a name does not fit, or the
+        programme read back differs from the plan.
     FileError
         Where a file cannot be written.
     """
@@ -71,8 +71,8 @@ def programme_texts(
     bounded = verdict == "bounded"
     if not bounded and not accept_unbounded:
         raise InputError(
-            f"the run is not bounded ({verdict}: {reason}); change the scenario, or accept it to write the programme all the "
-            "same (--accept-unbounded)"
+            f"the run is not bounded ({verdict}: {reason}); change the scenario, or accept it to write "
+            "the programme all the same (--accept-unbounded)"
         )
     name = name_for(plan.scenario.name) if name is None else checked_name(name)
     warning = [] if bounded else [f"WARNING: THE SIMULATED RUN IS NOT BOUNDED. {verdict}: {reason}"]
@@ -121,7 +121,8 @@ def _header(plan: Plan, verdict: str, reason: str) -> list[str]:
         f"Cell: {plan.cell.name}",
         f"Cell hash: {cell_hash(plan.cell)}",
         f"Expected duration: {plan.duration:.3f} s{laps}, {len(plan.unwindings)} unwindings",
-        f"Motor: {rate['frequency [Hz]']:.6f} Hz about the tool's x axis, moment at {rate['angle [deg]']:.3f} deg from its y axis "
+        f"Motor: {rate['frequency [Hz]']:.6f} Hz about the tool's x axis, moment at "
+        f"{rate['angle [deg]']:.3f} deg from its y axis "
         "when the path begins",
         "Checked: joint limits and speeds, singularities, arm and magnet against the cell's obstacles",
         "NOT checked: the way from where the arm stands to the first point; the arm against itself and its cables",
@@ -130,7 +131,8 @@ def _header(plan: Plan, verdict: str, reason: str) -> list[str]:
 
 def _shown(found: Deviation) -> str:
     return (
-        f"position within {1e6 * found.position:.3f} um, axis within {found.axis:.2e} rad, timing within {100 * found.timing:.4f} %"
+        f"position within {1e6 * found.position:.3f} um, axis within {found.axis:.2e} rad, "
+        f"timing within {100 * found.timing:.4f} %"
     )
 
 
@@ -163,7 +165,9 @@ def _write(folder: Path, texts: Mapping[str, str]) -> list[Path]:
         for name, text in texts.items():
             handle, part = tempfile.mkstemp(dir=folder, prefix=f".{name}.", suffix=".part")
             beside[folder / name] = Path(part)
-            with os.fdopen(handle, "w", encoding="ascii", newline="\r\n" if name.endswith((".src", ".dat")) else "\n") as file:
+            with os.fdopen(
+                handle, "w", encoding="ascii", newline="\r\n" if name.endswith((".src", ".dat")) else "\n"
+            ) as file:
                 file.write(text)
         mask = os.umask(0)
         os.umask(mask)

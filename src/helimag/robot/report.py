@@ -11,13 +11,17 @@ from helimag.robot.planning import Plan
 
 
 def margins(plan: Plan) -> dict[str, Any]:
-    """Least distances of a plan from its limits up to its first offence, degrees and mm: joints, singularities, speeds, obstacles."""
+    """Least distances (degrees, mm) of a plan from joint limits, singularities and obstacles, up to its offence."""
     until = plan.times.size if plan.offence is None else max(1, int(np.searchsorted(plan.times, plan.offence.time)))
     joints, times = plan.joints[:until], plan.times[:until]
     low, high = plan.cell.arm.limits
     stops = [stop.time for stop in plan.unwindings]
     smooth = np.array([not any(a <= stop <= b for stop in stops) for a, b in zip(times[:-2], times[2:], strict=True)])
-    rates = np.abs((joints[2:] - joints[:-2]) / (times[2:] - times[:-2])[:, None])[smooth] if until > 2 else np.zeros((1, 6))
+    rates = (
+        np.abs((joints[2:] - joints[:-2]) / (times[2:] - times[:-2])[:, None])[smooth]
+        if until > 2
+        else np.zeros((1, 6))
+    )
     share = (rates / np.array(plan.cell.arm.joint_speed)).max() if rates.size else 0.0
     reach = max(math.hypot(*magnet.offset) + magnet.reach for magnet in plan.scenario.magnet)
     parts = capsules(plan.cell, joints, reach)
@@ -40,7 +44,10 @@ def remedies(plan: Plan) -> list[str]:
     if offence is None:
         return []
     if offence.joint in {"A4", "A6"} and offence.kind == "limit" and plan.laps > 0.0:
-        found = [f"the wrist allows {plan.laps_allowed:.2f} of {plan.laps:.2f} laps: set run.duration to {math.floor(offence.time)} s or less"]
+        found = [
+            f"the wrist allows {plan.laps_allowed:.2f} of {plan.laps:.2f} laps: "
+            f"set run.duration to {math.floor(offence.time)} s or less"
+        ]
         if plan.unwindings == () and math.hypot(*plan.cell.tool.magnet[:2]) < 1e-4:
             found.append("let the wrist unwind in place between laps (--unwind)")
         for other in plan.alternatives[:2]:

@@ -48,7 +48,9 @@ for step in PROGRAMME["steps"]:
 
 
 def write_robodk(plan: Plan, name: str, header: Sequence[str] = ()) -> str:
-    """The text of a RoboDK script of the same instructions. RoboDK has no single speed for a turn on the spot: it gets a joint speed.
+    """The text of a RoboDK script of the same instructions.
+
+    RoboDK has no speed for a turn on the spot: that gets a joint speed.
 
     Raises
     ------

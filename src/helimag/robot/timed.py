@@ -19,8 +19,11 @@ UNWINDING_ROWS = 37
 
 @dataclass(frozen=True)
 class Table:
-    """Rows over programme time: (n,) s; tool pose in the lab frame (n, 4, 4) m; rotation axis (n, 3); joints (n, 6) rad; motor angle
-    (n,) rad about the tool's x axis from its y axis; and whether the arm is unwinding."""
+    """Rows over programme time (n,) in s.
+
+    Tool pose in the lab frame (n, 4, 4) in m; rotation axis (n, 3); joints (n, 6) in rad; motor angle
+    (n,) rad about the tool's x axis from its y axis; and whether the arm is unwinding.
+    """
 
     time: Floats
     tool: Floats
@@ -44,7 +47,7 @@ class Table:
 
 
 def timed_table(plan: Plan) -> Table:
-    """The checked poses of a plan over programme time, with rows inside every unwinding; the motor turns on meanwhile."""
+    """The checked poses of a plan over programme time, with rows inside every unwinding; the motor turns on."""
     to_lab = inverse(plan.cell.lab_in_base)
     path_times, joints = _with_rows_about_stops(plan)
     tools = to_lab @ tool_frames_in_base(plan.cell, joints)
@@ -63,8 +66,13 @@ def timed_table(plan: Plan) -> Table:
 
 
 def _with_rows_about_stops(plan: Plan) -> tuple[Floats, Floats]:
-    """Path times and joints of a plan, with rows close together before and after each unwinding, so that splines bend there only."""
-    steps = [stop.duration / UNWINDING_ROWS * sign * k for stop in plan.unwindings[:1] for sign in (-1, 1) for k in range(1, 13)]
+    """Path times and joints with rows close together about each unwinding, so that splines bend there only."""
+    steps = [
+        stop.duration / UNWINDING_ROWS * sign * k
+        for stop in plan.unwindings[:1]
+        for sign in (-1, 1)
+        for k in range(1, 13)
+    ]
     wanted = np.array([stop.time + step for stop in plan.unwindings for step in steps])
     extra = wanted[(wanted > 0.0) & (wanted < plan.path.duration)]
     if not extra.size:
@@ -78,7 +86,7 @@ def _with_rows_about_stops(plan: Plan) -> tuple[Floats, Floats]:
 
 
 def _swept(plan: Plan, stop: Unwinding) -> tuple[Floats, Floats]:
-    """Programme times and joints inside an unwinding, from its start up to just before its end, which is a row already."""
+    """Programme times and joints inside an unwinding but for its end, which is a row already."""
     at = int(np.searchsorted(plan.times, stop.time - 1e-9))
     share = np.arange(UNWINDING_ROWS) / UNWINDING_ROWS
     joints = np.repeat(plan.joints[at : at + 1], share.size, axis=0)
@@ -88,7 +96,7 @@ def _swept(plan: Plan, stop: Unwinding) -> tuple[Floats, Floats]:
 
 
 def motor_rows(plan: Plan) -> list[dict[str, float]]:
-    """Set-points of the motor: from each time on, how fast it turns about the tool's x axis, and where the moment is then.
+    """Set-points of the motor: from each time on, its speed about the tool's x axis, and the moment's angle.
 
     The moment's angle is counted about the tool's x axis from its y axis.
     """

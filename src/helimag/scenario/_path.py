@@ -19,11 +19,11 @@ Floats = NDArray[np.float64]
 
 
 class Path(Part):
-    """Where the magnet's centre is over time, and which way its rotation axis points; cubic splines run through the samples.
+    """Where the magnet's centre is over time, and where its rotation axis points; cubic splines join the samples.
 
-    The rotation axis is R_z(yaw) R_y(-pitch) x, as in eq. (3). Without ``yaw`` it does not yaw; without ``pitch`` it keeps the
-    drive's. ``phase`` is what the moment is ahead of an even spin at the drive's frequency. In place of ``time`` there may be
-    ``speed``: that of each straight way from one waypoint to the next.
+    The rotation axis is R_z(yaw) R_y(-pitch) x, as in eq. (3). Without ``yaw`` it does not yaw; without ``pitch`` it
+    keeps the drive's. ``phase`` is what the moment is ahead of an even spin at the drive's frequency. In place of
+    ``time`` there may be ``speed``: that of each straight way from one waypoint to the next.
     """
 
     position: tuple[tuple[Length, Length, Length], ...]
@@ -46,9 +46,13 @@ class Path(Part):
             if got not in {0, number}:
                 raise InputError(f".{name} must have {number} values for {count} positions; got {got}")
         if not (self.times[0] == 0.0 and np.all(np.diff(self.times) > 0.0)):
-            raise InputError(".time must begin at 0 s and rise from sample to sample; with speed, no waypoint may repeat")
+            raise InputError(
+                ".time must begin at 0 s and rise from sample to sample; with speed, no waypoint may repeat"
+            )
         if not all(abs(pitch) < math.pi / 2.0 for pitch in self.pitch):
-            raise InputError(f".pitch must be between -90 deg and 90 deg; got '{q.show(max(self.pitch, key=abs), q.ANGLE)}'")
+            raise InputError(
+                f".pitch must be between -90 deg and 90 deg; got '{q.show(max(self.pitch, key=abs), q.ANGLE)}'"
+            )
         return self
 
     @property
@@ -65,7 +69,7 @@ class Path(Part):
         return float(self.times[-1])
 
     def spline(self, pitch: float) -> "CubicSpline":
-        """Cubic spline through the samples (n, 6): x, y, z (m), yaw, pitch, phase (rad); ``pitch`` where the path has none."""
+        """Cubic spline of x, y, z (m), yaw, pitch, phase (rad), (n, 6); ``pitch`` where the path has none."""
         from scipy.interpolate import CubicSpline
 
         count = len(self.position)

@@ -8,7 +8,6 @@ from pydantic import model_validator
 from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.scenario._device import Part
-from helimag.scenario._path import Path
 from helimag.scenario._fields import (
     Angle,
     AngularRate,
@@ -22,6 +21,7 @@ from helimag.scenario._fields import (
     Velocity,
     Viscosity,
 )
+from helimag.scenario._path import Path
 
 
 class Fluid(Part):
