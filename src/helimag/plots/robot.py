@@ -9,7 +9,7 @@ import numpy as np
 from helimag.plots._save import save
 from helimag.plots._style import BLUE, FULL_WIDTH, GREY, ORANGE, PALE, SKY, VERMILLION, styled
 from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from helimag.robot import Plan

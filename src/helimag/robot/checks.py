@@ -130,6 +130,8 @@ def first_collision(cell: Cell, times: Floats, joints: Floats, magnet_reach: flo
 def continuous(arm: Arm, solutions: Solutions, branch: int) -> Floats:
     """One branch along a path as continuous joint angles (n, 6), shifted by whole turns to stay legal longest."""
     joints = np.unwrap(solutions.joints[:, branch, :], axis=0)
+    if not np.isfinite(joints[0]).all():
+        return np.full_like(joints, np.nan)
     low, high = arm.limits
     for i in range(6):
         first = np.ceil((low[i] - joints[0, i]) / TURN - 1e-12)

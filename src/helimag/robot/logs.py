@@ -28,8 +28,8 @@ _DEFAULTS = {"motor axis": "along"}
 class Log:
     """Timed tool poses in the lab frame: (n,) s from zero, (n, 4, 4) m.
 
-    ``motor`` is the moment's angle (n,) in rad about the tool's x axis from its y axis, or None where it was not recorded;
-    with ``reversed_axis`` the tool's x axis points against the rotation axis.
+    ``motor`` is the moment's angle (n,) in rad about the tool's x axis from its y axis, or None if not recorded;
+    ``reversed_axis`` says that the x axis points against the rotation axis.
     """
 
     time: Floats

@@ -234,12 +234,11 @@ def _candidates(path: MagnetPath, cell: Cell, times: Floats) -> Iterator[_Candid
             flange = cell.lab_in_base @ tool_frames(poses, roll, reversed_axis) @ to_flange
             solutions = inverse_kinematics(cell.arm, flange)
             for branch in range(BRANCHES):
-                if not solutions.reachable[0, branch]:
-                    continue
                 joints = continuous(cell.arm, solutions, branch)
                 singular = solutions.singular[:, branch]
                 offence = first_offence(cell, times, joints, singular, joint_rates(times, joints))
                 margin = min(float(np.minimum(joints - low, high - joints).min()), float(singular.min()))
+                margin = margin if math.isfinite(margin) else -math.inf
                 yield _Candidate(joints, singular, float(roll), reversed_axis, branch, offence, margin)
 
 
