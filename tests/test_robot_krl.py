@@ -48,12 +48,12 @@ drives = st.fixed_dictionaries(
             st.just((0.0, 0.0, 0.0)),
             st.tuples(st.floats(-1.5e-3, 1.5e-3), st.floats(-1.5e-3, 1.5e-3), st.floats(0.0, 3e-4)),
         ),
-        "run.duration": st.floats(30.0, 75.0),
+        "run.duration": st.floats(20.0, 35.0),
     }
 )
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(changes=drives, spline=st.booleans())
 def test_round_trip_of_random_scenarios(changes, spline):
     """Plan, text, parser, poses: 1 um, 1e-6 rad, 0.1 %. A drive too slow to be programmed is refused by name."""

@@ -122,25 +122,24 @@ def test_unwinding_needs_the_magnet_on_the_sixth_axis():
 
 
 @pytest.mark.parametrize(
-    ("cell", "scenario", "kind", "words"),
+    ("cell", "kind", "words"),
     [
-        (changed(base={"position": (1.4, 0.0, 0.25)}), {}, "reach", "out of reach"),
-        (changed(speed_share=1e-6), {}, "speed", "would turn at"),
-        (changed(clearance=0.2), {}, "collision", "mm away"),
-        (changed(singularity_margin=1.5), {}, "singularity", "from a singularity"),
-        (CELL, {"drive.velocity": ["200 mm/s", "0 mm/s", "0 mm/s"]}, None, "at "),
+        (changed(base={"position": (1.4, 0.0, 0.25)}), "reach", "out of reach"),
+        (changed(speed_share=1e-6), "speed", "would turn at"),
+        (changed(clearance=0.2), "collision", "mm away"),
+        (changed(singularity_margin=1.5), "singularity", "from a singularity"),
     ],
 )
-def test_infeasible_cells_are_refused_with_time_joint_and_value(cell, scenario, kind, words):
-    found = plan(load("paper/table1-row1").replaced(scenario), cell)
+def test_infeasible_cells_are_refused_with_time_joint_and_value(cell, kind, words):
+    found = plan(load("paper/table1-row1"), cell)
     assert not found.feasible
     data = report(found)
-    assert data["offence"]["kind"] == kind or kind is None
+    assert data["offence"]["kind"] == kind
     assert data["offence"]["time_s"] >= 0.0
     assert words in data["offence"]["text"]
     assert data["offence"]["joint"]
     assert data["remedies"]
-    if kind not in {"reach", None}:
+    if kind != "reach":
         assert math.isfinite(data["offence"]["value"])
 
 
@@ -155,7 +154,7 @@ def test_speed_offence_names_the_speed():
 def test_distance_to_a_box_against_an_optimiser():
     random = np.random.default_rng(3)
     low, high = np.array([-0.1, -0.2, -0.3]), np.array([0.2, 0.1, 0.3])
-    begin, end = random.uniform(-1.0, 1.0, (2, 60, 3))
+    begin, end = random.uniform(-1.0, 1.0, (2, 15, 3))
     found = segment_box_distance(begin, end, low, high)
     for a, b, distance in zip(begin, end, found, strict=True):
 

@@ -23,6 +23,7 @@ from helimag.robot.krl_reader import Assign, Move, Statement, Wait, read_krl
 Floats = NDArray[np.float64]
 
 FEWEST = 5  # poses in a motion
+ROUNDING = 1e-6  # m; a shorter way is the rounding of a turn on the spot
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,6 @@ class _Machine:
         target = _frame(statement.points[-1])
         by = vector_turn(start[:3, :3].T @ target[:3, :3])
         angle = float(np.linalg.norm(by))
-        speed = self._needed("$VEL.CP", statement) if "$VEL.CP" in self.real or statement.order == "circ" else math.nan
         if statement.order == "circ":
             via = _frame(statement.points[0])[:3, 3]
             try:
@@ -155,7 +155,9 @@ class _Machine:
             angle = 0.0  # an arc's pace is the path's
         else:
             length = float(np.linalg.norm(target[:3, 3] - start[:3, 3]))
-        duration = length / speed if length > 0.0 else 0.0
+        moving = length > ROUNDING or statement.order == "circ"
+        speed = self._needed("$VEL.CP", statement) if moving else 0.0
+        duration = length / speed if moving else 0.0
         if angle > 0.0:
             duration = max(duration, angle / math.radians(min(self._needed(f"$VEL.ORI{i}", statement) for i in (1, 2))))
         shares = self._shares(duration)
@@ -163,7 +165,7 @@ class _Machine:
             poses = _arc(start, target, centre, turned * normal, along, shares)
         else:
             poses = _line(start, target, by, shares)
-        pace = speed / self._needed("$ACC.CP", statement) if length > 1e-9 else 0.0
+        pace = speed / self._needed("$ACC.CP", statement) if moving else 0.0
         if self.running is None:
             self.ramps += pace / 2.0
         for share, pose in zip(shares, poses, strict=True):

@@ -145,7 +145,7 @@ def _drive_motions(drive: Drive, duration: float) -> tuple[Motion, ...]:
 def pieces(kind: Kind, duration: float, longest: float, begin: float = 0.0) -> tuple[Motion, ...]:
     """Pieces from ``begin`` to ``duration``, of equal length but for the last, which may be shorter."""
     count = max(1, math.ceil((duration - begin) / longest * (1.0 - 1e-9)))
-    ends = [begin + min(longest * (i + 1), duration) for i in range(count)]
+    ends = [min(begin + longest * (i + 1), duration) for i in range(count)]
     return tuple(Motion(kind, a, b) for a, b in zip([begin, *ends], ends, strict=False))
 
 
