@@ -168,7 +168,9 @@ def test_bad_arm_files_are_refused(tmp_path, old, new, words):
 
     text = (resources.files("helimag.robot") / "data" / "kr10_r1100_2.toml").read_text()
     assert old in text
-    (tmp_path / "arm.toml").write_text(text.replace(old, new, 1) if old != "name =" else text.replace("\nname =", "\nnmae ="))
+    (tmp_path / "arm.toml").write_text(
+        text.replace(old, new, 1) if old != "name =" else text.replace("\nname =", "\nnmae =")
+    )
     with pytest.raises(InputError) as caught:
         load_arm(tmp_path / "arm.toml")
     for word in words:

@@ -117,7 +117,11 @@ def test_robodk_script_makes_the_plan_s_moves(monkeypatch):
     link.Robolink = lambda: types.SimpleNamespace(ItemUserPick=lambda *_: Arm())
     math_module = types.ModuleType("robodk.robomath")
     math_module.KUKA_2_Pose = kuka_2_pose
-    for name, module in {"robodk": types.ModuleType("robodk"), "robodk.robolink": link, "robodk.robomath": math_module}.items():
+    for name, module in {
+        "robodk": types.ModuleType("robodk"),
+        "robodk.robolink": link,
+        "robodk.robomath": math_module,
+    }.items():
         monkeypatch.setitem(sys.modules, name, module)
     exec(compile(write_robodk(found, "lap", ["a\nb"]), "lap.py", "exec"), {})
     arcs = [values for name, values in calls if name == "MoveC"]

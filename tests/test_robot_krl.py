@@ -99,7 +99,12 @@ def test_round_trip_of_a_turn_on_the_spot_and_of_standing_still():
 
 
 def test_round_trip_of_waypoints():
-    points = [["0 mm", "0 mm", "140 mm"], ["30 mm", "10 mm", "145 mm"], ["60 mm", "0 mm", "150 mm"], ["80 mm", "0 mm", "150 mm"]]
+    points = [
+        ["0 mm", "0 mm", "140 mm"],
+        ["30 mm", "10 mm", "145 mm"],
+        ["60 mm", "0 mm", "150 mm"],
+        ["80 mm", "0 mm", "150 mm"],
+    ]
     path = {
         "position": points,
         "speed": ["2 mm/s", "2 mm/s", "1.5 mm/s"],
@@ -146,7 +151,24 @@ def test_spline_motions_are_written_on_request():
 
 @pytest.mark.parametrize(
     "name",
-    ["", "1abc", "a b", "a;b", "a\nEND", "a()", "päper", "x" * 25, "LIN", "end", "BAS", "$VEL", "a.src", "../a", "a{b}", "a\x00"],
+    [
+        "",
+        "1abc",
+        "a b",
+        "a;b",
+        "a\nEND",
+        "a()",
+        "päper",
+        "x" * 25,
+        "LIN",
+        "end",
+        "BAS",
+        "$VEL",
+        "a.src",
+        "../a",
+        "a{b}",
+        "a\x00",
+    ],
 )
 def test_names_that_are_no_krl_names_are_refused(name):
     with pytest.raises(InputError, match="programme's name"):
@@ -213,7 +235,14 @@ def test_unbounded_runs_need_to_be_accepted_and_carry_a_warning(tmp_path):
 
 def test_header_names_scenario_hash_and_duration():
     texts = programme_texts(straight(), verdict="bounded", reason="settled", name="row1")
-    assert sorted(texts) == ["row1.dat", "row1.src", "row1_motor.csv", "row1_path.csv", "row1_path.json", "row1_robodk.py"]
+    assert sorted(texts) == [
+        "row1.dat",
+        "row1.src",
+        "row1_motor.csv",
+        "row1_path.csv",
+        "row1_path.json",
+        "row1_robodk.py",
+    ]
     for name in ("row1.src", "row1_robodk.py"):
         assert straight().scenario.hash in texts[name]
         assert "Expected duration: 193.900 s" in texts[name]

@@ -111,7 +111,9 @@ def test_written_path_read_back_gives_the_planned_run(name, tmp_path):
     for one, tolerance in ((log, 1e-8), (exact, 1e-8), (krl, 1e-6)):
         run = simulate(replayed(scenario, one, "log"))
         assert np.abs(run.dataset.rpm_position.values - planned.dataset.rpm_position.values).max() < tolerance
-        assert np.abs(run.dataset.rpm_moment.values - planned.dataset.rpm_moment.values).max() / 18.89 < 100.0 * tolerance
+        assert (
+            np.abs(run.dataset.rpm_moment.values - planned.dataset.rpm_moment.values).max() / 18.89 < 100.0 * tolerance
+        )
 
 
 def test_log_in_the_base_frame_at_the_flange(tmp_path):
@@ -121,12 +123,18 @@ def test_log_in_the_base_frame_at_the_flange(tmp_path):
     flange = CELL.lab_in_base @ tool.tool @ np.linalg.inv(CELL.tool_in_flange)
     from helimag.robot.frames import angles
 
-    lines = ["# frame: base", "# pose: flange", "# motor axis: against" if tool.reversed_axis else "# motor axis: along"]
+    lines = [
+        "# frame: base",
+        "# pose: flange",
+        "# motor axis: against" if tool.reversed_axis else "# motor axis: along",
+    ]
     lines.append("c [rad],b [rad],a [rad],z [m],y [m],x [m],note,time [ms]")
     for time, pose in zip(tool.time, flange, strict=True):
         a, b, c = angles(pose[:3, :3])
         x, y, z = pose[:3, 3]
-        lines.append(f"{c!r},{b!r},{a!r},{z!r},{y!r},{x!r},text,{1e3 * time!r}".replace("np.float64(", "").replace(")", ""))
+        lines.append(
+            f"{c!r},{b!r},{a!r},{z!r},{y!r},{x!r},text,{1e3 * time!r}".replace("np.float64(", "").replace(")", "")
+        )
     (tmp_path / "flange.csv").write_text("\n".join(lines))
     again = read_log(tmp_path / "flange.csv", CELL)
     assert np.abs(again.tool - tool.tool).max() < 1e-9
@@ -248,4 +256,8 @@ amplitude = ["0 mm", "0 mm", "0.05 mm"]
     with pytest.raises(InputError, match=r"speed.0.frequency"):
         load_jitter(tmp_path / "bad.toml")
     with pytest.raises(InputError, match="samples"):
-        jittered(load("paper/table1-row1"), Jitter(shake=(Shake(frequency=1e4, amplitude=(0, 0, 0)),)), np.random.default_rng(0))
+        jittered(
+            load("paper/table1-row1"),
+            Jitter(shake=(Shake(frequency=1e4, amplitude=(0, 0, 0)),)),
+            np.random.default_rng(0),
+        )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.robot.frames import angles
-from helimag.robot.instructions import Instruction, Order, instructions
+from helimag.robot.instructions import Instruction, Order, instructions, tool_poses
 from helimag.robot.planning import Plan
 
 Floats = NDArray[np.float64]
@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 LONGEST_NAME = 24
 LARGEST = 1e6  # no number of a sane programme is beyond it
 SLOWEST = 1e-7  # m/s; ten decimals still hold it to 0.05 %
+APPROACH_SPEED = 0.1  # m/s, where a turn sets the pace
 APPROACH = 10  # % of the joint speeds, on the way to the first point
 RESERVED = frozenset(
     [
@@ -198,12 +199,12 @@ def write_krl(plan: Plan, name: str, header: Sequence[str] = (), *, spline: bool
     """
     checked_name(name)
     orders = instructions(plan)
-    src = "\n".join([*_opening(plan, name, header), *_body(plan, orders, spline), "END", ""])
+    src = "\n".join([*_opening(plan, name, header, spline), *_body(plan, orders, spline), "END", ""])
     dat = "\n".join([*_points(plan, name, orders), "ENDDAT", ""])
     return src, dat
 
 
-def _opening(plan: Plan, name: str, header: Iterable[str]) -> Iterator[str]:
+def _opening(plan: Plan, name: str, header: Iterable[str], spline: bool) -> Iterator[str]:
     cell = plan.cell
     turn_speeds = number(math.degrees(_turn_speed(plan)), 10)
     yield from ("&ACCESS RVP", "&REL 1", f"DEF {name} ( )")
@@ -225,11 +226,14 @@ def _opening(plan: Plan, name: str, header: Iterable[str]) -> Iterator[str]:
         f"$ACC.CP={number(cell.acceleration, 6)}",
         f"$APO.CDIS={number(1e3 * cell.approximation, 6)}",
         "$APO.CORI=0.5",
+        f"$VEL.CP={number(APPROACH_SPEED, 10)}",
         f"$VEL.ORI1={turn_speeds}",
         f"$VEL.ORI2={turn_speeds}",
     )
     yield from _joint_speed(APPROACH)
     yield "PTP XSTART"
+    # joint angles in single precision are off by some 50 nm; a pose in the lab frame is not
+    yield f"{'S' if spline else ''}LIN XBEGIN"
 
 
 def _turn_speed(plan: Plan) -> float:
@@ -263,6 +267,8 @@ def _body(plan: Plan, orders: Sequence[Instruction], spline: bool) -> Iterator[s
             joint_speed = round(100.0 * order.speed)
             yield from _joint_speed(joint_speed)
         yield _motion(order, i, "S" if spline else "")
+        if order.order is Order.JOINTS:  # the pose that it has turned back to
+            yield f"{'S' if spline else ''}LIN XP{i - 1}"
     if output is not None:
         yield f"$OUT[{int(output)}]=FALSE"
 
@@ -286,6 +292,7 @@ def _motion(order: Instruction, i: int, prefix: str) -> str:
 def _points(plan: Plan, name: str, orders: Sequence[Instruction]) -> Iterator[str]:
     yield f"DEFDAT {name}"
     yield f"DECL E6AXIS XSTART={{{axes(plan.joints[0])}}}"
+    yield f"DECL E6POS XBEGIN={{{pose(tool_poses(plan, plan.times[:1])[0])}}}"
     for i, order in enumerate(orders, start=1):
         if order.via is not None:
             yield f"DECL E6POS XV{i}={{{pose(order.via)}}}"

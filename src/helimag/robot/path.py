@@ -23,7 +23,7 @@ CHORD = 3e-7  # m; how far a straight piece may leave a curved path
 SLEW = 3e-7  # rad; how far a steady turn may leave an unsteady one
 ARC = math.pi / 2.0  # longest piece of a circle
 TURN = math.radians(5.0)  # longest turn between two points: controllers differ in how they turn a tilted tool
-STILL = 1e-6  # m; a circle with a smaller radius is a turn on the spot
+STILL = 1e-4  # m; a smaller circle is programmed as turns: single precision could not time its arcs
 
 
 @dataclass(frozen=True)
