@@ -28,8 +28,11 @@ playback = robot.play(src, dat, cell.arm, interval=0.25)
 found = robot.deviation(lap, playback)
 print(f"read back: {1e6 * found.position:.3f} um, {found.axis:.1e} rad, {100 * found.timing:.4f} % of the time")
 replay = hm.simulate(replayed(scenario, log_of_playback(playback, scenario), "lap.src"))
-apart = np.abs(replay.final_state[:3] - run.final_state[:3]).max()
-print(f"device after a lap: {1e6 * apart:.2f} um from where the plan has it")
+# the magnet is compared, not the device: while it slips against the field, a run of Fig. 3 amplifies any difference
+apart = np.abs(replay.dataset.rpm_position.values - run.dataset.rpm_position.values).max()
+turned = np.abs(replay.dataset.rpm_moment.values - run.dataset.rpm_moment.values).max() / scenario.magnet[0].moment
+print(f"magnet in the simulated programme: within {1e6 * apart:.3f} um and {turned:.1e} rad of the plan")
+print(f"gain as planned {run.gain:.3f}, of the programme {replay.gain:.3f}")
 
 # nine laps do not fit into axis 6, one does
 assert not whole.feasible
@@ -42,4 +45,5 @@ assert names == ["lap.dat", "lap.src", "lap_motor.csv", "lap_path.csv", "lap_pat
 assert found.position < 1e-6
 assert found.axis < 1e-6
 assert found.timing < 1e-3
-assert apart < 1e-4
+assert apart < 1e-6
+assert turned < 1e-4

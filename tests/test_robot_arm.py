@@ -1,4 +1,4 @@
-"""Kinematics of the arm against Pinocchio and closed forms: flange poses, all eight branches, limits, singular and lost poses."""
+"""Kinematics of the arm against Pinocchio: flange poses, all eight branches, limits, singular and lost poses."""
 
 import math
 
@@ -18,7 +18,7 @@ COUNT = 10_000
 
 @pytest.fixture(scope="module")
 def poses():
-    """Random joints within the limits, and their flange frames by Pinocchio, from a model typed in from the published numbers."""
+    """Random joints within the limits, and their flange frames by Pinocchio from a model of its own."""
     model = pin.Model()
     axes = [(0, 0, -1), (0, 1, 0), (0, 1, 0), (-1, 0, 0), (0, 1, 0), (-1, 0, 0)]
     offsets = [(0, 0, 0.400), (0.025, 0, 0), (0.560, 0, 0), (0.515, 0, 0.025), (0, 0, 0), (0, 0, 0)]
@@ -52,7 +52,7 @@ def test_forward_agrees_with_pinocchio(poses):
 
 
 def test_inverse_finds_every_branch_of_ten_thousand_poses(poses):
-    """Every solution within the limits puts the flange where it was to 1e-9 m and rad, and the joints it came from are among them."""
+    """Every solution puts the flange where it was to 1e-9 m and rad; the joints it came from are among them."""
     joints, flange = poses
     solutions = inverse_kinematics(ARM, flange)
     found = [within_limits(ARM, solution) for solution in solutions.joints]
@@ -127,7 +127,7 @@ def test_wrist_over_the_first_axis_is_singular():
     assert np.nanmin(solutions.singular[:, 0]) < 1e-9
 
 
-def test_another_arm_has_other_numbers(tmp_path):
+def test_another_arm_has_other_numbers():
     """Half the size and other signs: the flange is half as far, and the axis turns the other way."""
     other = ARM.model_dump(mode="python")
     other["link"] = {name: value / 2.0 for name, value in other["link"].items()}

@@ -13,6 +13,8 @@ from helimag.robot.frames import rotation
 from helimag.robot.robodk import write_robodk
 from helimag.scenario import load
 
+pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked:UserWarning")
+
 
 @pytest.fixture
 def run(monkeypatch, capsys):
@@ -98,7 +100,7 @@ def test_jitter_prints_each_kind(run, tmp_path):
 
 
 def test_robodk_script_makes_the_plan_s_moves(monkeypatch):
-    """The script is run against a stand-in for RoboDK that records what it is told, with the angles' convention spelled out."""
+    """The script runs against a stand-in for RoboDK that records what it is told, its angles spelled out."""
     found = plan(load("paper/fig3c").replaced({"run.duration": "100 s"}), load_cell())
     calls = []
 

@@ -1,4 +1,4 @@
-"""Programmes: round trip from plan over KRL text to poses, what the reader refuses, and that nothing gets in that should not."""
+"""Programmes: round trip from plan over KRL text to poses, what the reader refuses, that nothing gets injected."""
 
 import math
 import re
@@ -62,7 +62,7 @@ def test_round_trip_of_random_scenarios(changes, spline):
     if not found.feasible:
         return
     speeds = np.linalg.norm(np.diff(found.path.at(found.times).position, axis=0), axis=1) / np.diff(found.times)
-    if 0.0 < speeds.max() and speeds.min() < 1e-6:
+    if speeds.max() > 0.0 and speeds.min() < 1e-6:
         return
     trip = played(found, spline=spline)
     assert trip.position < 1e-6
@@ -203,7 +203,7 @@ def test_numbers_are_plain(value):
     assert float(number(value, 7)) == pytest.approx(value, abs=6e-8)
 
 
-def test_a_hostile_scenario_name_injects_nothing(tmp_path):
+def test_a_hostile_scenario_name_injects_nothing():
     hostile = 'x\nPTP {A1 90}\r\n$VEL.CP=2\n;FOLD"""\nimport os\n"}\x85\u2028END'
     scenario = load("paper/table1-row1").replaced({"name": hostile})
     texts = programme_texts(plan(scenario, CELL), verdict="bounded", reason="settled\n$OUT[1]=TRUE")
@@ -270,7 +270,10 @@ circ xvia, xend c_vel
 wait sec 0.5
 end
 """
-    dat = "DEFDAT demo PUBLIC\nDECL E6POS XVIA={X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 35}\nDECL POS xEnd={POS: X 2,Y 2,Z 3,A 4,B 5,C 6}\nENDDAT\n"
+    dat = (
+        "DEFDAT demo PUBLIC\nDECL E6POS XVIA={X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 35}\n"
+        "DECL POS xEnd={POS: X 2,Y 2,Z 3,A 4,B 5,C 6}\nENDDAT\n"
+    )
     statements = read_krl(src, dat)
     assert [type(s) for s in statements] == [Assign, Assign, Move, Move, Move, Wait]
     assert statements[1].value == 0.15

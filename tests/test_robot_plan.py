@@ -67,7 +67,7 @@ def test_straight_runs_of_table_1_are_feasible(name):
 
 @pytest.mark.parametrize("name", CIRCLES)
 def test_circles_of_fig_3_wind_the_wrist_up(name):
-    """Nine laps do not fit into the 700 deg of axis 6: refused with time, joint and value; the laps that fit are feasible."""
+    """Nine laps do not fit into the 700 deg of axis 6: refused with time, joint, value; the laps that fit pass."""
     scenario = load(name)
     found = plan(scenario, CELL)
     assert not found.feasible
@@ -117,7 +117,7 @@ def test_unwinding_makes_nine_laps_feasible():
 
 def test_unwinding_needs_the_magnet_on_the_sixth_axis():
     off = changed(tool={"magnet": (0.02, 0.0, 0.13)})
-    with pytest.raises(InputError, match="tool.magnet on the flange's z axis"):
+    with pytest.raises(InputError, match=r"tool\.magnet on the flange's z axis"):
         plan(load("paper/fig3c"), off, unwind=True)
 
 

@@ -29,7 +29,7 @@ def test_cell_figure_shows_the_path(tmp_path):
     figure = draw_cell(FOUND)
     close = figure.axes[1]
     path = max(close.lines, key=lambda line: len(line.get_data_3d()[0]))
-    assert np.array(path.get_data_3d()).T == pytest.approx(1e3 * FOUND.path.at(FOUND.times).position)
+    assert pytest.approx(1e3 * FOUND.path.at(FOUND.times).position) == np.array(path.get_data_3d()).T
     written = save_plan(FOUND, tmp_path / "lap.png")
     assert [path.name for path in written] == ["lap.png", "lap-cell.png"]
     assert all(path.stat().st_size > 20_000 for path in written)

@@ -132,9 +132,7 @@ def test_log_in_the_base_frame_at_the_flange(tmp_path):
     for time, pose in zip(tool.time, flange, strict=True):
         a, b, c = angles(pose[:3, :3])
         x, y, z = pose[:3, 3]
-        lines.append(
-            f"{c!r},{b!r},{a!r},{z!r},{y!r},{x!r},text,{1e3 * time!r}".replace("np.float64(", "").replace(")", "")
-        )
+        lines.append(",".join(map(str, (c, b, a, z, y, x, "text", 1e3 * time))))
     (tmp_path / "flange.csv").write_text("\n".join(lines))
     again = read_log(tmp_path / "flange.csv", CELL)
     assert np.abs(again.tool - tool.tool).max() < 1e-9
@@ -142,7 +140,12 @@ def test_log_in_the_base_frame_at_the_flange(tmp_path):
     assert again.motor is None
 
 
-GOOD = "# frame: lab\n# pose: tool\ntime [s],x [mm],y [mm],z [mm],a [deg],b [deg],c [deg]\n0,0,0,150,0,0,0\n1,1,0,150,0,0,0\n"
+GOOD = """# frame: lab
+# pose: tool
+time [s],x [mm],y [mm],z [mm],a [deg],b [deg],c [deg]
+0,0,0,150,0,0,0
+1,1,0,150,0,0,0
+"""
 
 
 @pytest.mark.parametrize(

@@ -165,7 +165,7 @@ class _Machine:
             poses = _arc(start, target, centre, turned * normal, along, shares)
         else:
             poses = _line(start, target, by, shares)
-        pace = speed / self._needed("$ACC.CP", statement) if moving else 0.0
+        pace = length / duration / self._needed("$ACC.CP", statement) if moving else 0.0
         if self.running is None:
             self.ramps += pace / 2.0
         for share, pose in zip(shares, poses, strict=True):

@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 
 _KINDS = {"time": q.TIME, "x": q.LENGTH, "y": q.LENGTH, "z": q.LENGTH, "a": q.ANGLE, "b": q.ANGLE, "c": q.ANGLE}
 _CHOICES = {"frame": ("lab", "base"), "pose": ("tool", "flange"), "motor axis": ("along", "against")}
+CLOSEST = 1e-3  # s, between samples of a programme: over less, a spline would make speed of rounding
 _DEFAULTS = {"motor axis": "along"}
 
 
@@ -143,9 +144,10 @@ def log_of(table: Table, reversed_axis: bool) -> Log:
 
 def log_of_playback(playback: Playback, scenario: Scenario) -> Log:
     """What a programme does, as a log without a motor, its axis the way round that fits the scenario's start."""
-    keep = np.append(np.diff(playback.time) > 1e-9, True)
+    keep = np.append(np.diff(playback.time) > CLOSEST, True)
+    time = playback.time[keep]
     start = magnet_path(scenario).at(np.zeros(1)).axis[0]
-    return Log(playback.time[keep], playback.pose[keep], None, bool(playback.pose[0, :3, 0] @ start < 0.0))
+    return Log(time - time[0], playback.pose[keep], None, bool(playback.pose[0, :3, 0] @ start < 0.0))
 
 
 def replayed(scenario: Scenario, log: Log, source: str) -> Scenario:
