@@ -1,5 +1,6 @@
 """Commands about the arm: robot program, check, read-back, replay, jitter."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -50,7 +51,7 @@ def check(
             "duration_s": other.duration,
         }
     if figure is not None:
-        _draw(plan, figure)
+        _draw(plan, figure)  # names the files on stderr
     if json:
         print_json(found)
     else:
@@ -305,7 +306,7 @@ def _draw(plan: "Plan", target: Path) -> None:
     from helimag.plots import robot as pictures
 
     for path in pictures.save_plan(plan, target):
-        print(path)
+        print(path, file=sys.stderr)
 
 
 def _print_report(found: dict[str, Any]) -> None:
