@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 
 from helimag.errors import InputError
 from helimag.robot import forward, load_cell, magnet_path, plan, report
-from helimag.robot.collision import capsules, segment_box_distance, tool_frames_in_base
+from helimag.robot.collision import capsules, clearances, segment_box_distance, tool_frames_in_base
 from helimag.robot.path import Kind
 from helimag.robot.timed import timed_table
 from helimag.scenario import load
@@ -179,6 +179,15 @@ def test_capsules_follow_the_arm():
     assert wrist == pytest.approx([0.540, 0.0, 0.985])
     magnet = to_base[:3, :3] @ found.begin[0, parts["magnet"]] + to_base[:3, 3]
     assert magnet == pytest.approx(forward(CELL.arm, joints)[0, :3, 3] + [0.130, 0.0, 0.0])
+
+
+def test_clearance_counts_the_radius_of_the_magnet():
+    """102 mm up, less the ball that a 35 mm by 20 mm cylinder sweeps, less the tank's rim at 20 mm."""
+    found = plan(load("paper/table1-row1"), CELL)
+    reach = math.hypot(0.0175, 0.010)
+    parts = capsules(CELL, found.joints, reach)
+    tank = clearances(parts, CELL.obstacle[0])[:, parts.names.index("magnet")]
+    assert tank == pytest.approx(0.102 - reach - 0.020, abs=1e-8)
 
 
 def test_waypoints_with_speeds_are_a_path():

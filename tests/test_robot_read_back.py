@@ -185,6 +185,23 @@ def test_a_tool_that_rolls_takes_the_magnet_with_it():
     assert path.phase == pytest.approx(roll.tolist(), abs=1e-9)
 
 
+@pytest.mark.parametrize("reversed_axis", [False, True])
+def test_recorded_motor_angles_give_the_moment_in_the_lab(reversed_axis):
+    """The moment is the tool's (0, cos, sin) of the motor's angle, however the tool is held and turned."""
+    from helimag.robot.frames import frames, turn
+    from helimag.robot.path import magnet_path
+
+    time = np.linspace(0.0, 30.0, 301)
+    poses = drive_poses(CIRCLE.drive, time)
+    facing = turn(2, math.pi if reversed_axis else 0.0)
+    tool = frames(poses.position, poses.rotation @ facing @ turn(0, 0.4 + 0.1 * time))
+    motor = (-1.0 if reversed_axis else 1.0) * 2.0 * math.pi * 3.3 * time + 0.7
+    found = magnet_path(replayed(CIRCLE, Log(time, tool, motor, reversed_axis), "log")).at(time)
+    seen = np.einsum("nij,nj->ni", tool[:, :3, :3], np.column_stack([0.0 * motor, np.cos(motor), np.sin(motor)]))
+    spin = np.column_stack([0.0 * found.spin, np.cos(found.spin), np.sin(found.spin)])
+    assert np.abs(np.einsum("nij,nj->ni", found.rotation, spin) - seen).max() < 1e-9
+
+
 def test_offset_jitter_is_a_shifted_path():
     """An offset of the magnet is the same as a device that starts the other way off, seen from its start."""
     scenario = load("paper/table1-row1").replaced({"run.duration": "40 s", "workspace": {}})
