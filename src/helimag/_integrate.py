@@ -3,7 +3,8 @@
 Each run advances on its own clock from sample to sample. A launch takes a batch through a few samples only and leaves
 in ``Progress`` all that is needed to go on, so that the host can report, be interrupted, and continue.
 
-The magnet model is chosen when a kernel is built, not by a branch in the loop: see :func:`build_advance`.
+The magnet model and the kind of path are chosen when a kernel is built, not by branches in the loop: see
+:func:`build_advance`.
 """
 
 from collections.abc import Callable
@@ -16,13 +17,11 @@ import warp as wp
 from helimag._step import GROW, Clock, build_load, build_rates, build_trial, rescaled
 from helimag.physics.balance import Body, balance_rates, moment_of
 from helimag.physics.kinematics import (
-    Drive,
     RpmPose,
     State,
     attack_angle,
     head_position,
     rotation_matrix,
-    rpm_pose,
 )
 from helimag.physics.magnetics import Magnet
 
@@ -191,16 +190,17 @@ def clearance(bounds: Bounds, magnets: wp.array(dtype=Magnet), pose: RpmPose, st
     return least, kind
 
 
-def build_to_sample(magnet_model: Callable[..., Any]) -> wp.Function:
+def build_to_sample(magnet_model: Callable[..., Any], pose_model: wp.Function) -> wp.Function:
     """Make the function that steps one run to its next sample, or to the event that ends it."""
     load = build_load(magnet_model)
-    rates = build_rates(load)
+    drive_type = pose_model.input_types["drive"]
+    rates = build_rates(load, pose_model)
     trial = build_trial(rates)
 
     @wp.func
     def to_sample(
         body: Body,
-        drive: Drive,
+        drive: drive_type,
         magnets: wp.array(dtype=Magnet),
         clock: Clock,
         bounds: Bounds,
@@ -218,7 +218,7 @@ def build_to_sample(magnet_model: Callable[..., Any]) -> wp.Function:
                 t = p.time + dt
                 if count == ONE:
                     t = end
-                pose = rpm_pose(drive, t)
+                pose = pose_model(drive, t)
                 least, kind = clearance(bounds, magnets, pose, new)
                 if least < ZERO and dt > EVENT_TIME:
                     p.step = HALF * dt
@@ -250,18 +250,20 @@ def build_to_sample(magnet_model: Callable[..., Any]) -> wp.Function:
 
 
 @cache
-def build_advance(magnet_model: Callable[..., Any]) -> wp.Kernel:
+def build_advance(magnet_model: Callable[..., Any], pose_model: wp.Function) -> wp.Kernel:
     """Make the kernel that takes a batch of runs from sample ``first`` up to, not with, sample ``last``.
 
     ``magnet_model(magnet, r, axis, m)`` returns field (T) and force (N) of one magnet at ``r`` (m) from it, its moment
     along the unit vector ``axis``, on the moment ``m`` (A m^2): see :mod:`helimag.physics.magnetics`.
+    ``pose_model(drive, t)`` returns the RPM's pose: see :mod:`helimag.physics.kinematics`.
     """
-    to_sample = build_to_sample(magnet_model)
+    drive_type = pose_model.input_types["drive"]
+    to_sample = build_to_sample(magnet_model, pose_model)
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
         bodies: wp.array(dtype=Body),
-        drives: wp.array(dtype=Drive),
+        drives: wp.array(dtype=drive_type),
         magnets: wp.array2d(dtype=Magnet),
         clocks: wp.array(dtype=Clock),
         bounds: wp.array(dtype=Bounds),
@@ -289,13 +291,14 @@ def build_advance(magnet_model: Callable[..., Any]) -> wp.Kernel:
 
 
 @cache
-def build_observe(magnet_model: Callable[..., Any]) -> wp.Kernel:
+def build_observe(magnet_model: Callable[..., Any], pose_model: wp.Function) -> wp.Kernel:
     """Make the kernel that adds to sampled states what else a trajectory holds: RPM pose, field and phase lag."""
     load = build_load(magnet_model)
+    drive_type = pose_model.input_types["drive"]
 
     @wp.kernel(enable_backward=False, module="unique")
     def observe(
-        drives: wp.array(dtype=Drive),
+        drives: wp.array(dtype=drive_type),
         magnets: wp.array(dtype=Magnet),
         times: wp.array(dtype=wp.float64),
         states: wp.array(dtype=State),
@@ -305,7 +308,7 @@ def build_observe(magnet_model: Callable[..., Any]) -> wp.Kernel:
         lags: wp.array(dtype=wp.float64),
     ):
         i = wp.tid()
-        pose = rpm_pose(drives[0], times[i])
+        pose = pose_model(drives[0], times[i])
         field, force = load(magnets, pose, head_position(states[i]), wp.vec3d())
         lag = lag_vector(field, states[i])
         positions[i] = pose.position

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import warp as wp
 from numpy.typing import NDArray
 
 from helimag import _integrate as loop
@@ -12,7 +13,7 @@ from helimag._step import Clock
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
-from helimag.physics.kinematics import Drive
+from helimag.physics.kinematics import Drive, Knot, SampledDrive, rpm_pose, sampled_rpm_pose
 from helimag.scenario import Magnet as MagnetModel
 from helimag.scenario import Scenario
 
@@ -27,8 +28,10 @@ def initial_gap(scenario: Scenario) -> float:
 
 
 def arm_position(scenario: Scenario) -> Floats:
-    """Position of the RPM at t = 0 in the lab frame (m): eq. (1), pitch read about the origin or about the magnet."""
+    """Position of the RPM at t = 0, lab frame (m): the first of its path, or eq. (1) with either reading of pitch."""
     drive = scenario.drive
+    if drive.path is not None:
+        return np.array(drive.path.position[0])
     position: Floats = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
     if drive.pitch_about == "magnet":
         return position
@@ -61,9 +64,19 @@ def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     return structs(Body, rows)
 
 
-def pack_drives(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
-    """Drives as the kernels take them."""
-    return structs(
+def pose_model(scenario: Scenario) -> wp.Function:
+    """Which formula gives the RPM's pose in this scenario."""
+    return rpm_pose if scenario.drive.path is None else sampled_rpm_pose
+
+
+def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
+    """Drives as the kernels take them, on the device: all in closed form, or all sampled."""
+    if scenarios[0].drive.path is not None:
+        sampled = [_sampled(scenario, device) for scenario in scenarios]
+        drives = wp.array(sampled, dtype=SampledDrive, device=device)
+        drives.samples = sampled  # the array only points to these; they must live as long as it does
+        return drives
+    packed = structs(
         Drive,
         [
             {
@@ -77,6 +90,18 @@ def pack_drives(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
             for scenario in scenarios
         ],
     )
+    return wp.array(packed, dtype=Drive, device=device)
+
+
+def _sampled(scenario: Scenario, device: str) -> SampledDrive:
+    drive = scenario.drive
+    assert drive.path is not None
+    spline = drive.path.spline(drive.pitch)
+    sampled = SampledDrive()
+    sampled.times = wp.array(spline.x, dtype=wp.float64, device=device)
+    sampled.pieces = wp.array(np.ascontiguousarray(spline.c.transpose(1, 0, 2)), dtype=Knot, device=device)
+    sampled.spin_rate = 2.0 * math.pi * drive.frequency
+    return sampled
 
 
 def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
@@ -115,13 +140,20 @@ def pack_clocks(scenarios: Sequence[Scenario], tolerance: float) -> NDArray[np.v
             {
                 "interval": scenario.run.sample_interval,
                 "duration": scenario.run.duration,
-                "longest": 1.0 / (8.0 * abs(scenario.drive.frequency)),
+                "longest": _longest_step(scenario),
                 "tolerance": tolerance,
                 "length": scenario.device.helix.length,
             }
             for scenario in scenarios
         ],
     )
+
+
+def _longest_step(scenario: Scenario) -> float:
+    """An eighth of a turn, and no step that leaps over a sample of the path (s)."""
+    path = scenario.drive.path
+    eighth = 1.0 / (8.0 * abs(scenario.drive.frequency))
+    return eighth if path is None else min(eighth, 2.0 * path.duration / (len(path.position) - 1))
 
 
 def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:

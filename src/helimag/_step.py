@@ -11,7 +11,7 @@ import warp as wp
 
 from helimag import _tableau as tab
 from helimag.physics.balance import Body, balance_rates, moment_of
-from helimag.physics.kinematics import Drive, RpmPose, State, head_position, normalized, rpm_pose
+from helimag.physics.kinematics import RpmPose, State, head_position, normalized
 from helimag.physics.magnetics import Magnet
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -72,12 +72,13 @@ def build_load(magnet_model: Callable[..., Any]) -> wp.Function:
 
 
 @cache
-def build_rates(load: wp.Function) -> wp.Function:
-    """Make the right-hand side of the equations of motion for this magnet model."""
+def build_rates(load: wp.Function, pose_model: wp.Function) -> wp.Function:
+    """Make the right-hand side of the equations of motion for this magnet model and this kind of path."""
+    drive_type = pose_model.input_types["drive"]
 
     @wp.func
-    def rates(body: Body, drive: Drive, magnets: wp.array(dtype=Magnet), t: wp.float64, state: State) -> State:
-        field, force = load(magnets, rpm_pose(drive, t), head_position(state), moment_of(body, state))
+    def rates(body: Body, drive: drive_type, magnets: wp.array(dtype=Magnet), t: wp.float64, state: State) -> State:
+        field, force = load(magnets, pose_model(drive, t), head_position(state), moment_of(body, state))
         return balance_rates(body, state, force, field)
 
     return rates
@@ -86,11 +87,12 @@ def build_rates(load: wp.Function) -> wp.Function:
 @cache
 def build_trial(rates: wp.Function) -> wp.Function:
     """Make the function that tries one step: new state, and its error in units of the tolerance."""
+    drive_type = rates.input_types["drive"]
 
     @wp.func
     def trial(
         body: Body,
-        drive: Drive,
+        drive: drive_type,
         magnets: wp.array(dtype=Magnet),
         clock: Clock,
         t: wp.float64,

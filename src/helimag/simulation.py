@@ -22,6 +22,7 @@ from helimag._pack import (
     pack_clocks,
     pack_drives,
     pack_magnets,
+    pose_model,
     start_state,
     structs,
 )
@@ -30,7 +31,7 @@ from helimag.errors import InputError, RunError
 from helimag.gain import End, Heights, Judgement, judge
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
-from helimag.physics.kinematics import Drive, State
+from helimag.physics.kinematics import State
 from helimag.scenario import Scenario
 from helimag.trajectory import Trajectory, versions
 
@@ -97,15 +98,15 @@ class _Task:
         self.scenarios = scenarios
         self.device = device
         self.stop = stop
-        self.kernel = loop.build_advance(MAGNET_MODELS[scenarios[0].magnet[0].field])
+        self.kernel = loop.build_advance(MAGNET_MODELS[scenarios[0].magnet[0].field], pose_model(scenarios[0]))
         inputs = (
             (pack_bodies(scenarios), Body),
-            (pack_drives(scenarios), Drive),
             (pack_magnets(scenarios), magnetics.Magnet),
             (pack_clocks(scenarios, tolerance), Clock),
             (pack_bounds(scenarios), loop.Bounds),
         )
         self.inputs = [wp.array(values, dtype=kind, device=device) for values, kind in inputs]
+        self.inputs.insert(1, pack_drives(scenarios, device))
         step = 1e-3 / np.array([abs(scenario.drive.frequency) for scenario in scenarios])
         progress = structs(loop.Progress, [{"state": s, "step": h} for s, h in zip(states, step, strict=True)])
         self.progress = wp.array(progress, dtype=loop.Progress, device=device)
@@ -192,7 +193,7 @@ def advance(
     Raises
     ------
     InputError
-        Where the batch is empty, mixes field models, or its states do not fit.
+        Where the batch is empty, mixes field models or kinds of path, or its states do not fit.
     """
     if not scenarios:
         raise InputError("scenarios must hold at least one; got none")
@@ -200,10 +201,14 @@ def advance(
         raise InputError(
             "scenarios of one batch must have the same magnet.field; run the others in a batch of their own"
         )
+    if len({scenario.drive.path is None for scenario in scenarios}) > 1:
+        raise InputError(
+            "scenarios of one batch must all have a drive.path or none; run the others in a batch of their own"
+        )
     if not tolerance > 0.0:
         raise InputError(f"tolerance must be greater than zero; got {tolerance}")
     states = _checked_states(scenarios, initial_states)
-    ready(loop.build_advance(MAGNET_MODELS[scenarios[0].magnet[0].field]), device)
+    ready(loop.build_advance(MAGNET_MODELS[scenarios[0].magnet[0].field], pose_model(scenarios[0])), device)
     stop = threading.Event()
     size = RUNS_PER_TASK if device == "cpu" else len(scenarios)
     slices = [slice(i, i + size) for i in range(0, len(scenarios), size)]
@@ -397,12 +402,12 @@ def trajectory_of(history: History) -> Trajectory:
 
 def _observe(scenario: Scenario, times: Floats, states: Floats) -> dict[str, Floats]:
     """RPM position and moment, field at the head and phase lag, by the kernels' own formulas."""
-    kernel = loop.build_observe(MAGNET_MODELS[scenario.magnet[0].field])
+    kernel = loop.build_observe(MAGNET_MODELS[scenario.magnet[0].field], pose_model(scenario))
     ready(kernel, "cpu")
     count = times.size
     position, axis, field = (wp.zeros(count, dtype=wp.vec3d, device="cpu") for _ in range(3))
     lag = wp.zeros(count, dtype=wp.float64, device="cpu")
-    drive = wp.array(pack_drives([scenario]), dtype=Drive, device="cpu")
+    drive = pack_drives([scenario], "cpu")
     magnets = wp.array(pack_magnets([scenario])[0], dtype=magnetics.Magnet, device="cpu")
     given = [wp.array(times, dtype=wp.float64, device="cpu"), wp.array(states, dtype=State, device="cpu")]
     wp.launch(kernel, dim=count, inputs=[drive, magnets, *given, position, axis, field, lag], device="cpu")

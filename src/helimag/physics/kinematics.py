@@ -77,6 +77,34 @@ def rpm_pose(drive: Drive, t: wp.float64) -> RpmPose:
     return pose
 
 
+# x, y, z (m), yaw, pitch, and what the spin is ahead of an even one (rad)
+Knot = wp.types.vector(length=6, dtype=wp.float64)
+
+
+@wp.struct
+class SampledDrive:
+    """A path through samples: cubic pieces between times, the coefficient of the highest power first (SI, radians)."""
+
+    times: wp.array(dtype=wp.float64)  # (n,)
+    pieces: wp.array2d(dtype=Knot)  # (n - 1, 4)
+    spin_rate: wp.float64
+
+
+@wp.func
+def sampled_rpm_pose(drive: SampledDrive, t: wp.float64) -> RpmPose:
+    """Pose of the RPM at time ``t`` (s) on a sampled path; the rotation by eq. (3) from its yaw and pitch."""
+    last = drive.times.shape[0] - 2
+    i = wp.clamp(wp.lower_bound(drive.times, t) - 1, 0, last)
+    s = t - drive.times[i]
+    knot = drive.pieces[i, 3] + s * (drive.pieces[i, 2] + s * (drive.pieces[i, 1] + s * drive.pieces[i, 0]))
+    spin = drive.spin_rate * t + knot[5]
+    pose = RpmPose()
+    pose.rotation = rpm_rotation(wp.cos(knot[3]), wp.sin(knot[3]), wp.cos(knot[4]), wp.sin(knot[4]))
+    pose.position = wp.vec3d(knot[0], knot[1], knot[2])
+    pose.moment_axis = pose.rotation * wp.vec3d(ZERO, wp.cos(spin), wp.sin(spin))
+    return pose
+
+
 @wp.func
 def rotation_matrix(state: State) -> wp.mat33d:
     """Matrix that takes body components to lab components, from the quaternion held in ``state[3:7]`` (w, x, y, z)."""

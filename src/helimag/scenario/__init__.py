@@ -14,6 +14,7 @@ from helimag.scenario._device import (
     Weight,
 )
 from helimag.scenario._files import load, parse, preset_names
+from helimag.scenario._path import Path
 from helimag.scenario._scenario import MARKS, Scenario
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Walls, Workspace
 
@@ -26,6 +27,7 @@ __all__ = [
     "Helix",
     "Hydrodynamics",
     "Magnet",
+    "Path",
     "Run",
     "Scenario",
     "SphereHead",

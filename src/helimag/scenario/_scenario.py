@@ -44,6 +44,10 @@ class Scenario(Part):
         ):
             if not low < here < high:
                 raise InputError(f"drive.start must be inside the workspace; its {axis} is {q.show(here, q.LENGTH)}")
+        path = self.drive.path
+        if path is not None and self.run.duration > path.duration:
+            got, most = q.show(self.run.duration, q.TIME), q.show(path.duration, q.TIME)
+            raise InputError(f"run.duration must not exceed the end of drive.path, {most}; got '{got}'")
         for key, mark in self.provenance.items():
             if mark.partition(":")[0] not in MARKS:
                 raise InputError(

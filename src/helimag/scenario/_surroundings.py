@@ -21,6 +21,7 @@ from helimag.scenario._fields import (
     Velocity,
     Viscosity,
 )
+from helimag.scenario._path import Path
 
 
 class Fluid(Part):
@@ -55,11 +56,14 @@ class Drive(Part):
     velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
     pitch_about: Literal["origin", "magnet"] = "origin"
     start: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    path: Path | None = None  # takes the place of distance, velocity, yaw_rate and, where it has its own, of pitch
 
     @model_validator(mode="after")
     def _sensible(self) -> Self:
         if self.frequency == 0.0:
             raise InputError(".frequency must not be zero; a negative one turns the magnet the other way")
+        if self.path is not None and (self.yaw_rate != 0.0 or any(self.velocity)):
+            raise InputError(".path takes the place of yaw_rate and velocity; leave these out")
         if not abs(self.pitch) < math.pi / 2.0:
             raise InputError(f".pitch must be between -90 deg and 90 deg; got '{q.show(self.pitch, q.ANGLE)}'")
         return self

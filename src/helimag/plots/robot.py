@@ -1,0 +1,162 @@
+"""Figures of a plan for the arm: joints with their limits over time, and the cell in 3-D."""
+
+import math
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
+
+from helimag.plots._save import save
+from helimag.plots._style import BLUE, FULL_WIDTH, GREY, ORANGE, PALE, SKY, VERMILLION, styled
+from helimag.robot import Plan
+from helimag.robot.checks import joint_rates
+from helimag.robot.collision import capsules
+from helimag.robot.timed import timed_table
+
+Floats = NDArray[np.float64]
+
+PARTS = {
+    "column": GREY,
+    "upper arm": GREY,
+    "forearm": GREY,
+    "wrist": GREY,
+    "bracket": ORANGE,
+    "motor": ORANGE,
+    "magnet": VERMILLION,
+}
+CLOSE = 0.16  # m; half the width of the view around the magnet
+
+
+def save_plan(plan: Plan, path: str | Path) -> list[Path]:
+    """Write both figures: joints to ``path``, the cell beside it with ``-cell`` in its name. Returns the paths.
+
+    Raises
+    ------
+    InputError
+        Where the suffix is not .png, .svg or .pdf.
+    FileError
+        Where a file cannot be written.
+    """
+    joints = Path(path)
+    cell = joints.with_stem(f"{joints.stem}-cell")
+    save(draw_joints(plan), joints)
+    save(draw_cell(plan), cell)
+    return [joints, cell]
+
+
+def draw_joints(plan: Plan) -> Figure:
+    """Angle and speed of each joint over programme time, with what the cell allows; the first offence is marked."""
+    table = timed_table(plan)
+    low, high = np.degrees(plan.cell.arm.limits)
+    angles = np.degrees(table.joints)
+    speeds = np.degrees(joint_rates(table.time, table.joints)) if table.time.size > 2 else np.zeros_like(angles)
+    allowed = plan.cell.speed_share * np.degrees(plan.cell.arm.joint_speed)
+    with styled():
+        figure = Figure(figsize=(FULL_WIDTH, 1.05 * FULL_WIDTH), layout="constrained")
+        panels: Any = figure.subplots(6, 2, sharex=True)
+        for i in range(6):
+            _draw_angle(panels[i, 0], table.time, angles[:, i], low[i], high[i])
+            _draw_speed(panels[i, 1], table.time, speeds[:, i], allowed[i])
+            panels[i, 0].set_ylabel(f"A{i + 1} (deg)")
+            for axes in panels[i]:
+                if plan.offence is not None:
+                    axes.axvline(plan.offence.time, color=VERMILLION, linewidth=0.8)
+        panels[0, 0].set_title("angle and limits")
+        panels[0, 1].set_title("speed; shaded: more than the cell allows")
+        for axes in panels[-1]:
+            axes.set_xlabel("time (s)")
+        title = f"{plan.scenario.name}, {plan.cell.arm.name}"
+        figure.suptitle(title if plan.offence is None else f"{title}: {plan.offence}", fontsize=8.0)
+    return figure
+
+
+def _draw_angle(axes: Any, time: Floats, angle: Floats, low: float, high: float) -> None:
+    margin = 0.08 * (high - low)
+    axes.axhspan(high, max(high, float(np.nanmax(angle))) + margin, color=PALE, linewidth=0.0)
+    axes.axhspan(min(low, float(np.nanmin(angle))) - margin, low, color=PALE, linewidth=0.0)
+    axes.plot(time, angle, color=BLUE)
+    axes.margins(x=0.0, y=0.0)
+
+
+def _draw_speed(axes: Any, time: Floats, speed: Floats, allowed: float) -> None:
+    """Speed on a scale of its own where it is far below the limit, which is then stated instead of drawn."""
+    largest = float(np.nanmax(np.abs(speed)))
+    axes.plot(time, speed, color=BLUE)
+    if largest > 0.3 * allowed:
+        for sign in (-1.0, 1.0):
+            axes.axhspan(sign * allowed, sign * 1.15 * max(allowed, largest), color=PALE, linewidth=0.0)
+        axes.set_ylim(-1.15 * max(allowed, largest), 1.15 * max(allowed, largest))
+    else:
+        span = max(1.7 * largest, 1e-3)
+        axes.set_ylim(-span, span)
+        axes.text(
+            0.99, 0.93, f"allowed {allowed:.0f} deg/s", transform=axes.transAxes, ha="right", va="top", color=GREY
+        )
+    axes.set_ylabel("deg/s")
+    axes.margins(x=0.0)
+
+
+def draw_cell(plan: Plan) -> Figure:
+    """Arm, motor, magnet, boxes and path: the whole cell, and the surroundings of the magnet. Lab frame, mm."""
+    with styled():
+        figure = Figure(figsize=(FULL_WIDTH, 0.5 * FULL_WIDTH))
+        figure.subplots_adjust(left=0.02, right=0.95, bottom=0.08, top=0.92, wspace=0.1)
+        whole = figure.add_subplot(1, 2, 1, projection="3d")
+        close = figure.add_subplot(1, 2, 2, projection="3d")
+        poses = plan.path.at(plan.times)
+        reach = max(math.hypot(*magnet.offset) + magnet.reach for magnet in plan.scenario.magnet)
+        shown = [0] if plan.times.size < 3 else [0, plan.times.size // 2, plan.times.size - 1]
+        shown = [i for i in shown if np.isfinite(plan.joints[i]).all()]
+        parts = capsules(plan.cell, plan.joints[shown], reach)
+        for axes in (whole, close):
+            for obstacle in plan.cell.obstacle:
+                if axes is whole or obstacle.name != "table":
+                    _draw_box(axes, 1e3 * np.array(obstacle.low), 1e3 * np.array(obstacle.high))
+            _draw_arm(axes, parts.begin, parts.end, parts.names)
+            axes.plot(*(1e3 * poses.position.T), color=VERMILLION, linewidth=1.0)
+            axes.set(xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)")
+        _draw_axes_of_rotation(close, poses.position, poses.axis)
+        centre = poses.position.mean(axis=0)
+        _frame(whole, np.concatenate([parts.begin[0], parts.end[0], [np.array(o.high) for o in plan.cell.obstacle]]))
+        close.set(**{f"{n}lim": 1e3 * np.array([c - CLOSE, c + CLOSE]) for n, c in zip("xyz", centre, strict=True)})
+        close.set_box_aspect((1, 1, 1), zoom=0.88)
+        whole.set_title("cell; arm at start, middle and end")
+        close.set_title("magnet: path and rotation axis")
+    return figure
+
+
+def _draw_arm(axes: Any, begin: Floats, end: Floats, names: tuple[str, ...]) -> None:
+    """Every part as a thick line, the first pose dark, later ones pale."""
+    for pose in range(begin.shape[0] - 1, -1, -1):
+        for i, name in enumerate(names):
+            ends = 1e3 * np.stack([begin[pose, i], end[pose, i]])
+            alpha = 1.0 if pose == 0 else 0.25
+            if name == "magnet":
+                axes.plot(*ends[:1].T, "o", color=PARTS[name], markersize=4.0, alpha=alpha)
+            else:
+                axes.plot(*ends.T, color=PARTS[name], linewidth=2.5, alpha=alpha, solid_capstyle="round")
+
+
+def _draw_box(axes: Any, low: Floats, high: Floats) -> None:
+    corners = np.array(list(product(*zip(low, high, strict=True))))
+    faces = [corners[[0, 1, 3, 2]], corners[[4, 5, 7, 6]], corners[[0, 1, 5, 4]]]
+    faces += [corners[[2, 3, 7, 6]], corners[[0, 2, 6, 4]], corners[[1, 3, 7, 5]]]
+    axes.add_collection3d(Poly3DCollection(faces, facecolor=SKY, edgecolor=BLUE, linewidth=0.4, alpha=0.15))
+
+
+def _draw_axes_of_rotation(axes: Any, position: Floats, axis: Floats) -> None:
+    """Arrows along the rotation axis at a few places of the path."""
+    some = np.unique(np.linspace(0, len(position) - 1, 9).astype(int))
+    axes.quiver(*(1e3 * position[some].T), *axis[some].T, length=45.0, color=GREY, linewidth=0.8)
+
+
+def _frame(axes: Any, points: Floats) -> None:
+    """Equal scales that hold all points."""
+    low, high = 1e3 * points.min(axis=0), 1e3 * points.max(axis=0)
+    half, middle = (high - low).max() / 2.0 * 1.05, (low + high) / 2.0
+    axes.set(**{f"{n}lim": (c - half, c + half) for n, c in zip("xyz", middle, strict=True)})
+    axes.set_box_aspect((1, 1, 1), zoom=0.88)

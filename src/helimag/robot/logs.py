@@ -1,0 +1,189 @@
+"""Logs of measured poses as CSV, and any timed tool poses, as the magnet path of a scenario."""
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag import quantities as q
+from helimag.errors import FileError, InputError
+from helimag.robot.cell import Cell
+from helimag.robot.frames import frames, inverse, rotation, turn
+from helimag.robot.interpreter import Playback
+from helimag.robot.path import magnet_path, motor_angle
+from helimag.robot.timed import Table
+from helimag.scenario import Scenario
+
+Floats = NDArray[np.float64]
+
+_KINDS = {"time": q.TIME, "x": q.LENGTH, "y": q.LENGTH, "z": q.LENGTH, "a": q.ANGLE, "b": q.ANGLE, "c": q.ANGLE}
+_CHOICES = {"frame": ("lab", "base"), "pose": ("tool", "flange"), "motor axis": ("along", "against")}
+CLOSEST = 1e-3  # s, between samples of a programme: over less, a spline would make speed of rounding
+_DEFAULTS = {"motor axis": "along"}
+
+
+@dataclass(frozen=True)
+class Log:
+    """Timed tool poses in the lab frame: (n,) s from zero, (n, 4, 4) m.
+
+    ``motor`` is the moment's angle (n,) in rad about the tool's x axis from its y axis, or None if not recorded;
+    ``reversed_axis`` says that the x axis points against the rotation axis.
+    """
+
+    time: Floats
+    tool: Floats
+    motor: Floats | None
+    reversed_axis: bool
+
+
+def read_log(path: str | Path, cell: Cell) -> Log:
+    """Read a log of measured poses.
+
+    Comment lines state the frame (``# frame: lab`` or ``base``), what was measured (``# pose: tool`` or ``flange``)
+    and, where it differs, ``# motor axis: against``. The columns ``time, x, y, z, a, b, c`` and, if there is one,
+    ``motor`` carry their units, as in ``x [mm]``; A, B, C are KUKA's angles. Other columns are passed over. Time is
+    counted from the first row.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+    InputError
+        Where a frame, a column or a unit is missing, a value is no number, or time does not rise.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise FileError(f"there is no file '{path}'") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not a text file") from None
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
+    try:
+        return _log(text, cell)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _log(text: str, cell: Cell) -> Log:
+    marks = _marks(text)
+    lines = [
+        (i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and not line.startswith("#")
+    ]
+    if len(lines) < 3:
+        raise InputError("a log needs a line of column names and two rows or more")
+    columns = _columns(lines)
+    time = columns["time"] - columns["time"][0]
+    late = np.flatnonzero(np.diff(time) <= 0.0)
+    if late.size:
+        raise InputError(f"line {lines[int(late[0]) + 2][0]}: time must rise from row to row")
+    position = np.column_stack([columns[name] for name in "xyz"])
+    pose = frames(position, rotation(np.column_stack([columns[name] for name in "abc"])))
+    if marks["pose"] == "flange":
+        pose = pose @ cell.tool_in_flange
+    if marks["frame"] == "base":
+        pose = inverse(cell.lab_in_base) @ pose
+    return Log(time, pose, columns.get("motor"), marks["motor axis"] == "against")
+
+
+def _marks(text: str) -> dict[str, str]:
+    found = dict(_DEFAULTS)
+    for line in text.splitlines():
+        key, colon, value = line.removeprefix("#").partition(":")
+        if line.startswith("#") and colon and key.strip() in _CHOICES:
+            found[key.strip()] = value.strip()
+    for key, choices in _CHOICES.items():
+        if found.get(key) not in choices:
+            raise InputError(
+                f"a comment line must state '# {key}: {choices[0]}' or '{choices[1]}'; got {found.get(key)!r}"
+            )
+    return found
+
+
+def _columns(lines: list[tuple[int, str]]) -> dict[str, Floats]:
+    """The columns that matter, in SI."""
+    names = [name.strip() for name in next(csv.reader([lines[0][1]]))]
+    wanted: dict[str, tuple[int, float]] = {}
+    for i, written in enumerate(names):
+        name, bracket, unit = written.partition("[")
+        kind = {**_KINDS, "motor": q.ANGLE}.get(name.strip())
+        if kind is not None:
+            if not bracket:
+                raise InputError(f"column '{written}' must carry its unit, such as '{name.strip()} [{kind.shown}]'")
+            wanted[name.strip()] = (i, q.parse(f"1 {unit.rstrip(' ]')}", kind))
+    missing = [name for name in _KINDS if name not in wanted]
+    if missing:
+        raise InputError(f"a log needs the columns {', '.join(_KINDS)}; it lacks {', '.join(missing)}")
+    values: dict[str, list[float]] = {name: [] for name in wanted}
+    for line, row in zip((i for i, _ in lines[1:]), csv.reader(text for _, text in lines[1:]), strict=True):
+        for name, (i, factor) in wanted.items():
+            values[name].append(_number(row, i, line) * factor)
+    return {name: np.array(column) for name, column in values.items()}
+
+
+def _number(row: list[str], i: int, line: int) -> float:
+    try:
+        value = float(row[i])
+    except (IndexError, ValueError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(
+            f"line {line}: column {i + 1} must be a finite number; got {row[i] if i < len(row) else 'nothing'!r}"
+        )
+    return value
+
+
+def log_of(table: Table, reversed_axis: bool) -> Log:
+    """A plan's own table as if an arm had followed it exactly."""
+    keep = np.append(np.diff(table.time) > 1e-9, True)
+    return Log(table.time[keep], table.tool[keep], table.motor[keep], reversed_axis)
+
+
+def log_of_playback(playback: Playback, scenario: Scenario) -> Log:
+    """What a programme does, as a log without a motor, its axis the way round that fits the scenario's start."""
+    keep = np.append(np.diff(playback.time) > CLOSEST, True)
+    time = playback.time[keep]
+    start = magnet_path(scenario).at(np.zeros(1)).axis[0]
+    return Log(time - time[0], playback.pose[keep], None, bool(playback.pose[0, :3, 0] @ start < 0.0))
+
+
+def replayed(scenario: Scenario, log: Log, source: str) -> Scenario:
+    """The scenario with the magnet's path replaced by a log's, from the log's first row on, as long as both last.
+
+    Where the log holds no motor angle, the motor is taken to turn evenly against the tool at the drive's frequency,
+    so that a turn of the tool about the motor's axis turns the magnet with it.
+
+    Raises
+    ------
+    InputError
+        Where the rotation axis comes too close to upright.
+    """
+    axis = (-1.0 if log.reversed_axis else 1.0) * log.tool[:, :3, 0]
+    yaw = np.unwrap(np.arctan2(axis[:, 1], axis[:, 0]))
+    pitch = np.arcsin(np.clip(axis[:, 2], -1.0, 1.0))
+    even = 2.0 * math.pi * scenario.drive.frequency * log.time
+    facing = turn(2, math.pi if log.reversed_axis else 0.0)
+    untilted = np.swapaxes(turn(2, yaw) @ turn(1, -pitch) @ facing, -1, -2) @ log.tool[:, :3, :3]
+    roll = np.unwrap(np.arctan2(untilted[:, 2, 1], untilted[:, 1, 1]))
+    motor = motor_angle(even, float(roll[0]), log.reversed_axis) if log.motor is None else log.motor
+    spin = (math.pi - motor if log.reversed_axis else motor) + (-roll if log.reversed_axis else roll)
+    phase = spin - even
+    path = {
+        "time": log.time.tolist(),
+        "position": log.tool[:, :3, 3].tolist(),
+        "yaw": yaw.tolist(),
+        "pitch": pitch.tolist(),
+        "phase": (phase - 2.0 * math.pi * round(float(phase[0]) / (2.0 * math.pi))).tolist(),
+    }
+    return scenario.replaced(
+        {
+            "drive.path": path,
+            "drive.yaw_rate": 0.0,
+            "drive.velocity": (0.0, 0.0, 0.0),
+            "run.duration": min(scenario.run.duration, float(log.time[-1])),
+            "provenance": {**scenario.provenance, "drive.path": f"measured: {source}"},
+        }
+    )

@@ -1,0 +1,183 @@
+"""Write the files of a programme, after having read them back."""
+
+import contextlib
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+
+from helimag.errors import FileError, InputError
+from helimag.robot.cell import Cell
+from helimag.robot.comparison import Deviation, deviation
+from helimag.robot.interpreter import play
+from helimag.robot.krl import checked_name, name_for, write_krl
+from helimag.robot.planning import Plan
+from helimag.robot.report import remedies, report
+from helimag.robot.robodk import write_robodk
+from helimag.robot.timed import motor_rows, timed_table
+
+
+def write_programme(
+    plan: Plan,
+    folder: str | Path,
+    *,
+    verdict: str,
+    reason: str,
+    name: str | None = None,
+    accept_unbounded: bool = False,
+    spline: bool = False,
+) -> list[Path]:
+    """Write the programme of a plan: KRL, RoboDK script, timed path, motor set-points. Returns the paths written.
+
+    Parameters
+    ----------
+    verdict, reason
+        What the simulated run comes to, such as ``run.verdict`` and ``run.judgement.reason``.
+    name
+        Of the KRL module and of the files; default made of the scenario's name.
+    accept_unbounded
+        Write although the verdict is not ``"bounded"``; the header then carries a warning.
+    spline
+        Write SLIN and SCIRC instead of LIN and CIRC.
+
+    Raises
+    ------
+    InputError
+        Where the plan is not feasible, the run is not bounded and that was not accepted, a name does not fit, or the
+        programme read back differs from the plan.
+    FileError
+        Where a file cannot be written.
+    """
+    texts = programme_texts(
+        plan, verdict=verdict, reason=reason, name=name, accept_unbounded=accept_unbounded, spline=spline
+    )
+    return _write(Path(folder), texts)
+
+
+def programme_texts(
+    plan: Plan,
+    *,
+    verdict: str,
+    reason: str,
+    name: str | None = None,
+    accept_unbounded: bool = False,
+    spline: bool = False,
+) -> dict[str, str]:
+    """The files of a programme as texts by file name; parameters and errors as for :func:`write_programme`."""
+    feasible_or_refused(plan)
+    bounded = verdict == "bounded"
+    if not bounded and not accept_unbounded:
+        raise InputError(
+            f"the run is not bounded ({verdict}: {reason}); change the scenario, or accept it to write "
+            "the programme all the same (--accept-unbounded)"
+        )
+    name = name_for(plan.scenario.name) if name is None else checked_name(name)
+    warning = [] if bounded else [f"WARNING: THE SIMULATED RUN IS NOT BOUNDED. {verdict}: {reason}"]
+    header = [*warning, *_header(plan, verdict, reason)]
+    src, dat = write_krl(plan, name, header, spline=spline)
+    found = deviation(plan, play(src, dat, plan.cell.arm))
+    if not found.acceptable:
+        raise InputError(f"the programme read back is not the plan: {_shown(found)}")
+    checked = f"Read back: {_shown(found)}"
+    src, dat = write_krl(plan, name, [*header, checked], spline=spline)
+    table = timed_table(plan)
+    columns = {key: values.tolist() for key, values in table.columns().items()}
+    return {
+        f"{name}.src": src,
+        f"{name}.dat": dat,
+        f"{name}_robodk.py": write_robodk(plan, name, [*header, checked]),
+        f"{name}_path.csv": _csv(columns, _marks(plan)),
+        f"{name}_path.json": json.dumps(
+            {"header": [*header, checked], "report": report(plan), "frame": "lab", "columns": columns}, allow_nan=False
+        )
+        + "\n",
+        f"{name}_motor.csv": _csv(_transposed(motor_rows(plan)), {"angle": "about the tool's x axis from its y axis"}),
+    }
+
+
+def feasible_or_refused(plan: Plan) -> None:
+    """Raise InputError where the arm cannot run a plan, saying when, which joint and what value, and what to do."""
+    if plan.offence is not None:
+        raise InputError(f"the arm cannot run '{plan.scenario.name}': {plan.offence}; {'; or '.join(remedies(plan))}")
+
+
+def cell_hash(cell: Cell) -> str:
+    """SHA-256 of all that a programme takes from its cell."""
+    return hashlib.sha256(json.dumps(cell.model_dump(mode="python"), sort_keys=True).encode()).hexdigest()
+
+
+def _header(plan: Plan, verdict: str, reason: str) -> list[str]:
+    laps = f", {plan.laps:.2f} laps" if plan.laps else ""
+    rate = motor_rows(plan)[0]
+    return [
+        f"helimag {version('helimag')}",
+        f"Scenario: {plan.scenario.name}",
+        f"Scenario hash: {plan.scenario.hash}",
+        f"Simulated: {verdict}; {reason}",
+        f"Arm: {plan.cell.arm.name}",
+        f"Cell: {plan.cell.name}",
+        f"Cell hash: {cell_hash(plan.cell)}",
+        f"Expected duration: {plan.duration:.3f} s{laps}, {len(plan.unwindings)} unwindings",
+        f"Motor: {rate['frequency [Hz]']:.6f} Hz about the tool's x axis, moment at "
+        f"{rate['angle [deg]']:.3f} deg from its y axis "
+        "when the path begins",
+        "Checked: joint limits and speeds, singularities, arm and magnet against the cell's obstacles",
+        "NOT checked: the way from where the arm stands to the first point; the arm against itself and its cables",
+    ]
+
+
+def _shown(found: Deviation) -> str:
+    return (
+        f"position within {1e6 * found.position:.3f} um, axis within {found.axis:.2e} rad, "
+        f"timing within {100 * found.timing:.4f} %"
+    )
+
+
+def _marks(plan: Plan) -> dict[str, str]:
+    return {
+        "frame": "lab",
+        "pose": "tool",
+        "motor axis": "against" if plan.reversed_axis else "along",
+        "scenario hash": plan.scenario.hash,
+    }
+
+
+def _transposed(rows: list[dict[str, float]]) -> dict[str, list[float]]:
+    return {key: [row[key] for row in rows] for key in rows[0]}
+
+
+def _csv(columns: Mapping[str, list[float]], marks: Mapping[str, str]) -> str:
+    """Columns as CSV, after comment lines; numbers so that they read back as the same."""
+    lines = [f"# {key}: {value}" for key, value in marks.items()]
+    lines.append(",".join(columns))
+    lines += [",".join(repr(float(value)) for value in row) for row in zip(*columns.values(), strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def _write(folder: Path, texts: Mapping[str, str]) -> list[Path]:
+    """Write all files or none: beside first, then renamed."""
+    beside: dict[Path, Path] = {}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            handle, part = tempfile.mkstemp(dir=folder, prefix=f".{name}.", suffix=".part")
+            beside[folder / name] = Path(part)
+            with os.fdopen(
+                handle, "w", encoding="ascii", newline="\r\n" if name.endswith((".src", ".dat")) else "\n"
+            ) as file:
+                file.write(text)
+        mask = os.umask(0)
+        os.umask(mask)
+        for target, part_path in beside.items():
+            part_path.chmod(0o666 & ~mask)
+            part_path.replace(target)
+    except OSError as error:
+        raise FileError(f"{folder} cannot be written: {error.strerror or error}") from None
+    finally:
+        for part_path in beside.values():
+            with contextlib.suppress(OSError):
+                part_path.unlink(missing_ok=True)
+    return list(beside)

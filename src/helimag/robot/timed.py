@@ -1,0 +1,115 @@
+"""A plan as a table over programme time: magnet, tool, joints, motor. What the CSV and JSON files hold."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.robot.arm import inverse_kinematics, principal
+from helimag.robot.collision import tool_frames_in_base
+from helimag.robot.frames import angles, inverse
+from helimag.robot.path import motor_angle, tool_frames
+from helimag.robot.planning import Plan, Unwinding
+
+Floats = NDArray[np.float64]
+
+UNWINDING_ROWS = 37
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows over programme time (n,) in s.
+
+    Tool pose in the lab frame (n, 4, 4) in m; rotation axis (n, 3); joints (n, 6) in rad; motor angle
+    (n,) rad about the tool's x axis from its y axis; and whether the arm is unwinding.
+    """
+
+    time: Floats
+    tool: Floats
+    axis: Floats
+    joints: Floats
+    motor: Floats
+    unwinding: NDArray[np.bool_]
+
+    def columns(self) -> dict[str, Floats]:
+        """Columns by name and unit, as they are written."""
+        position, abc = 1e3 * self.tool[:, :3, 3], np.degrees(angles(self.tool[:, :3, :3]))
+        joints = np.degrees(self.joints)
+        return {
+            "time [s]": self.time,
+            **{f"{name} [mm]": position[:, i] for i, name in enumerate("xyz")},
+            **{f"{name} [deg]": abc[:, i] for i, name in enumerate("abc")},
+            **{f"axis_{name} [1]": self.axis[:, i] for i, name in enumerate("xyz")},
+            **{f"a{i + 1} [deg]": joints[:, i] for i in range(6)},
+            "motor [deg]": np.degrees(self.motor),
+        }
+
+
+def timed_table(plan: Plan) -> Table:
+    """The checked poses of a plan over programme time, with rows inside every unwinding; the motor turns on."""
+    to_lab = inverse(plan.cell.lab_in_base)
+    path_times, joints = _with_rows_about_stops(plan)
+    tools = to_lab @ tool_frames_in_base(plan.cell, joints)
+    time = plan.programme_time(path_times)
+    unwinding = np.zeros(time.size, dtype=bool)
+    for stop in plan.unwindings:
+        rows, swept = _swept(plan, stop)
+        time = np.concatenate([time, rows])
+        joints = np.concatenate([joints, swept])
+        tools = np.concatenate([tools, to_lab @ tool_frames_in_base(plan.cell, swept)])
+        unwinding = np.concatenate([unwinding, np.ones(rows.size, dtype=bool)])
+    order = np.argsort(time, kind="stable")
+    axis = (-1.0 if plan.reversed_axis else 1.0) * tools[:, :3, 0]
+    motor = motor_angle(2.0 * math.pi * plan.path.frequency * time, plan.roll, plan.reversed_axis)
+    return Table(time[order], tools[order], axis[order], joints[order], motor[order], unwinding[order])
+
+
+def _with_rows_about_stops(plan: Plan) -> tuple[Floats, Floats]:
+    """Path times and joints with rows close together about each unwinding, so that splines bend there only."""
+    steps = [
+        stop.duration / UNWINDING_ROWS * sign * k
+        for stop in plan.unwindings[:1]
+        for sign in (-1, 1)
+        for k in range(1, 13)
+    ]
+    wanted = np.array([stop.time + step for stop in plan.unwindings for step in steps])
+    extra = wanted[(wanted > 0.0) & (wanted < plan.path.duration)]
+    if not extra.size:
+        return plan.times, plan.joints
+    flange = plan.cell.lab_in_base @ tool_frames(plan.path.at(extra), plan.roll, plan.reversed_axis)
+    found = inverse_kinematics(plan.cell.arm, flange @ inverse(plan.cell.tool_in_flange)).joints[:, plan.branch]
+    before = plan.joints[np.searchsorted(plan.times, extra, side="right") - 1]
+    times, joints = np.append(plan.times, extra), np.concatenate([plan.joints, before + principal(found - before)])
+    order = np.argsort(times, kind="stable")
+    return times[order], joints[order]
+
+
+def _swept(plan: Plan, stop: Unwinding) -> tuple[Floats, Floats]:
+    """Programme times and joints inside an unwinding but for its end, which is a row already."""
+    at = int(np.searchsorted(plan.times, stop.time - 1e-9))
+    share = np.arange(UNWINDING_ROWS) / UNWINDING_ROWS
+    joints = np.repeat(plan.joints[at : at + 1], share.size, axis=0)
+    joints[:, stop.joint] -= 2.0 * math.pi * stop.turns * (1.0 - share)
+    end = float(plan.programme_time(np.array([plan.times[at]]))[0])
+    return end - stop.duration * (1.0 - share), joints
+
+
+def motor_rows(plan: Plan) -> list[dict[str, float]]:
+    """Set-points of the motor: from each time on, its speed about the tool's x axis, and the moment's angle.
+
+    The moment's angle is counted about the tool's x axis from its y axis.
+    """
+    table = timed_table(plan)
+    rate = plan.path.frequency * (-1.0 if plan.reversed_axis else 1.0)
+    rows = []
+    for at, speed in ((0, rate), (-1, 0.0)):
+        rows.append(
+            {
+                "time [s]": float(table.time[at]),
+                "frequency [Hz]": speed,
+                "speed [rpm]": 60.0 * speed,
+                "angle [deg]": math.degrees(float(table.motor[at])) % 360.0,
+            }
+        )
+    return rows

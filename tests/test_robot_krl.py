@@ -1,0 +1,331 @@
+"""Programmes: round trip from plan over KRL text to poses, what the reader refuses, that nothing gets injected."""
+
+import math
+import re
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from helimag.errors import InputError
+from helimag.robot import deviation, load_cell, plan, play, write_krl, write_programme
+from helimag.robot.frames import rotation_angle, turn
+from helimag.robot.instructions import arc_angle, arc_centre
+from helimag.robot.krl import checked_name, comment, name_for, number
+from helimag.robot.krl_reader import Assign, Move, Wait, read_krl
+from helimag.robot.programme import programme_texts
+from helimag.scenario import load
+
+CELL = load_cell()
+
+
+@cache
+def straight():
+    return plan(load("paper/table1-row1"), CELL)
+
+
+@cache
+def circle():
+    return plan(load("paper/fig3c").replaced({"run.duration": "240 s"}), CELL)
+
+
+def played(found, **options):
+    return deviation(found, play(*write_krl(found, "trip", **options), CELL.arm))
+
+
+drives = st.fixed_dictionaries(
+    {
+        "drive.pitch": st.floats(-0.35, 0.35),
+        "drive.distance": st.floats(0.1, 0.2),
+        "drive.pitch_about": st.sampled_from(["origin", "magnet"]),
+        "drive.start": st.tuples(st.floats(-0.03, 0.03), st.floats(-0.05, 0.05), st.just(0.0)),
+        "drive.yaw_rate": st.sampled_from([0.0, 1.0, -1.0]).flatmap(
+            lambda sign: st.floats(0.01, 0.04).map(lambda rate: sign * rate)
+        ),
+        "drive.velocity": st.one_of(
+            st.just((0.0, 0.0, 0.0)),
+            st.tuples(st.floats(-1.5e-3, 1.5e-3), st.floats(-1.5e-3, 1.5e-3), st.floats(0.0, 3e-4)),
+        ),
+        "run.duration": st.floats(20.0, 35.0),
+    }
+)
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(changes=drives, spline=st.booleans())
+def test_round_trip_of_random_scenarios(changes, spline):
+    """Plan, text, parser, poses: 1 um, 1e-6 rad, 0.1 %. A drive too slow to be programmed is refused by name."""
+    scenario = load("paper/table1-row1").replaced({"workspace": {}, **changes})
+    found = plan(scenario, CELL)
+    if not found.feasible:
+        return
+    speeds = np.linalg.norm(np.diff(found.path.at(found.times).position, axis=0), axis=1) / np.diff(found.times)
+    if speeds.max() > 0.0 and speeds.min() < 1e-6:
+        return
+    trip = played(found, spline=spline)
+    assert trip.position < 1e-6
+    assert trip.axis < 1e-6
+    assert trip.timing < 1e-3
+
+
+@pytest.mark.parametrize("name", ["paper/fig3a", "paper/fig3b", *(f"paper/table1-row{row}" for row in range(1, 8))])
+def test_round_trip_of_the_presets(name):
+    scenario = load(name)
+    short = scenario.replaced({"run.duration": min(scenario.run.duration, 330.0)})
+    trip = played(plan(short, CELL))
+    assert trip.acceptable
+    assert trip.position < 1e-6
+    assert trip.axis < 1e-6
+    assert trip.timing < 1e-3
+
+
+def test_round_trip_with_unwinding():
+    found = plan(load("paper/fig3c").replaced({"run.duration": "600 s"}), CELL, unwind=True)
+    assert len(found.unwindings) >= 1
+    assert played(found).acceptable
+
+
+def test_round_trip_of_a_turn_on_the_spot_and_of_standing_still():
+    """Pitch about the magnet, device at the origin: the magnet turns in place, or with no yaw does nothing but spin."""
+    base = {"drive.velocity": (0.0, 0.0, 0.0), "run.duration": "60 s"}
+    for rate in ("2 deg/s", "0 deg/s"):
+        found = plan(load("paper/table1-row1").replaced({**base, "drive.yaw_rate": rate}), CELL)
+        assert found.feasible
+        src, _ = write_krl(found, "still")
+        assert ("WAIT SEC 60.000000" in src) == (rate == "0 deg/s")
+        assert played(found).acceptable
+
+
+def test_round_trip_of_waypoints():
+    points = [
+        ["0 mm", "0 mm", "140 mm"],
+        ["30 mm", "10 mm", "145 mm"],
+        ["60 mm", "0 mm", "150 mm"],
+        ["80 mm", "0 mm", "150 mm"],
+    ]
+    path = {
+        "position": points,
+        "speed": ["2 mm/s", "2 mm/s", "1.5 mm/s"],
+        "yaw": ["0 deg", "20 deg", "5 deg", "0 deg"],
+        "pitch": ["5 deg", "8 deg", "10 deg", "10 deg"],
+    }
+    changes = {"drive.path": path, "drive.velocity": (0.0, 0.0, 0.0), "run.duration": "20 s", "workspace": {}}
+    assert played(plan(load("paper/table1-row1").replaced(changes), CELL)).acceptable
+
+
+def test_a_programme_that_was_tampered_with_is_noticed():
+    src, dat = write_krl(straight(), "trip")
+    slow = src.replace("$VEL.CP=0.0008250000", "$VEL.CP=0.0008270000")
+    assert slow != src
+    assert deviation(straight(), play(slow, dat, CELL.arm)).timing > 2e-3
+    aside = dat.replace("DECL E6POS XP1={X 159.967500, Y 0.000000", "DECL E6POS XP1={X 159.967500, Y 0.002000")
+    assert aside != dat
+    assert deviation(straight(), play(src, aside, CELL.arm)).position > 1.5e-6
+    tilted = re.sub(r"(XP1=.*?B )(-?[\d.]+)", lambda m: f"{m[1]}{float(m[2]) + 1e-3:.8f}", dat)
+    assert deviation(straight(), play(src, tilted, CELL.arm)).axis > 1e-5
+
+
+def test_speeds_have_ten_decimals_and_the_paper_s_is_exact():
+    src, _ = write_krl(straight(), "trip")
+    assert "$VEL.CP=0.0008250000" in src
+    for value in re.findall(r"\$VEL\.CP=(\S+)", write_krl(circle(), "trip")[0]):
+        assert re.fullmatch(r"\d+\.\d{7,}", value)
+
+
+def test_circles_are_arcs_passed_without_a_stop():
+    src, dat = write_krl(circle(), "trip")
+    arcs = [line for line in src.splitlines() if line.startswith("CIRC")]
+    assert len(arcs) == math.ceil(240.0 * 1.8 / 90.0)
+    assert all(line.endswith("C_DIS") for line in arcs[:-1])
+    assert not arcs[-1].endswith("C_DIS")
+    assert "DECL E6POS XV1=" in dat
+
+
+def test_spline_motions_are_written_on_request():
+    src, _ = write_krl(circle(), "trip", spline=True)
+    assert "SCIRC XV1, XP1 C_DIS" in src
+    assert "SLIN XP1" in write_krl(straight(), "trip", spline=True)[0]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        "1abc",
+        "a b",
+        "a;b",
+        "a\nEND",
+        "a()",
+        "päper",
+        "x" * 25,
+        "LIN",
+        "end",
+        "BAS",
+        "$VEL",
+        "a.src",
+        "../a",
+        "a{b}",
+        "a\x00",
+    ],
+)
+def test_names_that_are_no_krl_names_are_refused(name):
+    with pytest.raises(InputError, match="programme's name"):
+        checked_name(name)
+    with pytest.raises(InputError, match="programme's name"):
+        write_krl(straight(), name)
+
+
+@given(st.text(max_size=60))
+def test_any_title_gives_a_krl_name(title):
+    assert re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,23}", name_for(title))
+
+
+@given(st.text(max_size=300))
+def test_any_text_stays_one_comment(text):
+    line = comment(text)
+    assert line.startswith("; ")
+    assert line.isascii()
+    assert line.isprintable()
+    assert read_krl(line) == []
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e7])
+def test_numbers_that_do_not_fit_are_refused(value):
+    with pytest.raises(InputError, match="finite"):
+        number(value, 6)
+
+
+@given(st.floats(-1e6, 1e6))
+def test_numbers_are_plain(value):
+    assert re.fullmatch(r"-?\d+\.\d{7}", number(value, 7))
+    assert float(number(value, 7)) == pytest.approx(value, abs=6e-8)
+
+
+def test_a_hostile_scenario_name_injects_nothing():
+    hostile = 'x\nPTP {A1 90}\r\n$VEL.CP=2\n;FOLD"""\nimport os\n"}\x85\u2028END'
+    scenario = load("paper/table1-row1").replaced({"name": hostile})
+    texts = programme_texts(plan(scenario, CELL), verdict="bounded", reason="settled\n$OUT[1]=TRUE")
+    clean = programme_texts(straight(), verdict="bounded", reason="settled")
+    (src,) = (text for name, text in texts.items() if name.endswith(".src"))
+    (plain,) = (text for name, text in clean.items() if name.endswith(".src"))
+
+    def code(text):
+        lines = (line.partition(";")[0].strip() for line in re.split(r"[\r\n\x85\u2028]", text))
+        return [line for line in lines if line and not line.startswith("DEF")]
+
+    assert code(src) == code(plain)
+    (script,) = (text for name, text in texts.items() if name.endswith(".py"))
+    assert "import os" not in [line.strip() for line in script.splitlines()]
+    compile(script, "script", "exec")
+    assert all(re.fullmatch(r"[A-Za-z0-9_]+\.(src|dat|py|csv|json)", name) for name in texts)
+
+
+def test_unbounded_runs_need_to_be_accepted_and_carry_a_warning(tmp_path):
+    with pytest.raises(InputError, match=r"not bounded \(fell: down\).*--accept-unbounded"):
+        write_programme(straight(), tmp_path, verdict="fell", reason="down")
+    assert list(tmp_path.iterdir()) == []
+    paths = write_programme(straight(), tmp_path, verdict="fell", reason="down", accept_unbounded=True)
+    text = next(path for path in paths if path.suffix == ".src").read_text()
+    assert "; WARNING: THE SIMULATED RUN IS NOT BOUNDED. fell: down" in text.splitlines()[3]
+    calm = write_programme(straight(), tmp_path, verdict="bounded", reason="settled")
+    assert "WARNING" not in next(path for path in calm if path.suffix == ".src").read_text()
+
+
+def test_header_names_scenario_hash_and_duration():
+    texts = programme_texts(straight(), verdict="bounded", reason="settled", name="row1")
+    assert sorted(texts) == [
+        "row1.dat",
+        "row1.src",
+        "row1_motor.csv",
+        "row1_path.csv",
+        "row1_path.json",
+        "row1_robodk.py",
+    ]
+    for name in ("row1.src", "row1_robodk.py"):
+        assert straight().scenario.hash in texts[name]
+        assert "Expected duration: 193.900 s" in texts[name]
+
+
+def test_infeasible_plans_are_not_written(tmp_path):
+    found = plan(load("paper/fig3c"), CELL)
+    with pytest.raises(InputError, match=r"cannot run 'paper/fig3c': at 38\d\.\d\d s A6 would pass"):
+        write_programme(found, tmp_path, verdict="bounded", reason="settled")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_reader_takes_programmes_as_others_write_them():
+    src = """&ACCESS RVP
+&PARAM EDITMASK = *
+def demo ( )
+;FOLD INI
+  BAS (#INITMOV,0 )
+;ENDFOLD (INI)
+$base = {FRAME: X 0, Y 0, Z 0, A 0, B 0, C 0}
+$VEL.CP = 1.5e-1   ; m/s
+ptp {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}
+LIN {X 10.5, Y -.5, Z 3., A 0, B 90, C 0} C_DIS
+circ xvia, xend c_vel
+wait sec 0.5
+end
+"""
+    dat = (
+        "DEFDAT demo PUBLIC\nDECL E6POS XVIA={X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 35}\n"
+        "DECL POS xEnd={POS: X 2,Y 2,Z 3,A 4,B 5,C 6}\nENDDAT\n"
+    )
+    statements = read_krl(src, dat)
+    assert [type(s) for s in statements] == [Assign, Assign, Move, Move, Move, Wait]
+    assert statements[1].value == 0.15
+    assert statements[3].points[0]["Y"] == -0.5
+    assert statements[3].rounded
+    assert statements[4].points[0]["T"] == 35.0
+    assert statements[5].seconds == 0.5
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("LIN XP9", ["line 2", "'XP9' is not declared"]),
+        ("FOR I=1 TO 10", ["line 2", "subset"]),
+        ("LIN {X 1, Y 2} C_DIS EXTRA", ["line 2", "subset"]),
+        ("BAS (#VEL_PTP,100)", ["line 2", "BAS"]),
+        ("LIN {X 1, Y 2, Z 3, A 0, B 0}", ["line 2", "first motion"]),
+    ],
+)
+def test_reader_names_the_line_it_cannot_take(line, words):
+    with pytest.raises(InputError) as caught:
+        play(f"DEF x ( )\n{line}\nEND\n", "", CELL.arm)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_motion_without_a_speed_is_refused():
+    start = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\n"
+    with pytest.raises(InputError, match=r"\$VEL.CP must be set|\$ACC.CP must be set"):
+        play(start + "CIRC {X 1, Y 2, Z 3, A 0, B 0, C 0}, {X 2, Y 0, Z 3, A 0, B 0, C 0}\n", "", CELL.arm)
+    with pytest.raises(InputError, match="no motion"):
+        play("DEF x ( )\nEND\n", "", CELL.arm)
+
+
+def test_arcs_against_a_circle():
+    """Centre and angle of the arc through three points of a known circle, more and less than half a turn."""
+    centre, radius = np.array([0.1, -0.2, 0.3]), 0.07
+    tilt = turn(1, 0.4) @ turn(0, -0.7)
+    for angle in (0.2, 1.5, 3.0, 4.5, 6.0):
+        points = [centre + radius * tilt @ np.array([math.cos(a), math.sin(a), 0.0]) for a in (0.0, angle / 2, angle)]
+        assert arc_centre(*points) == pytest.approx(centre, abs=1e-12)
+        assert arc_angle(*points) == pytest.approx(angle, abs=1e-9)
+    with pytest.raises(ValueError, match="line"):
+        arc_centre(np.zeros(3), np.array([1.0, 0, 0]), np.array([2.0, 0, 0]))
+
+
+def test_arc_turns_the_tool_with_the_path():
+    """Half way through the first arc the tool has yawed by half its angle, without tilting."""
+    found = circle()
+    src, dat = write_krl(found, "trip")
+    playback = play(src, dat, CELL.arm, interval=5.0)
+    assert np.all(np.diff(playback.time) > 0.0)
+    first = playback.pose[0, :3, :3]
+    for time, pose in zip(playback.time[::7], playback.pose[::7, :3, :3], strict=True):
+        assert rotation_angle(pose, turn(2, math.radians(1.8) * time) @ first) < 2e-6
