@@ -29,7 +29,9 @@ LOOP = {"_integrate", "_step", "_tableau", "_pack", "_kernels", "simulation"}
 # everything else, from the ground up: a room imports only from lower ones
 STOREYS = [
     {*RULES},
-    {"cite", "doctor", "robot", "vision", "orbits", "sweeps", "calibrate", "compare"},
+    {"cite", "doctor", "robot", "orbits", "sweeps", "calibrate", "smoothing"},
+    {"measurement"},
+    {"compare", "vision"},
     {"plots"},
     {"reproduce", "studio"},
     {"cli"},

@@ -9,7 +9,7 @@ from helimag import _integrate as loop
 from helimag import _pack
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
-from helimag.physics.kinematics import Drive
+from helimag.physics.kinematics import rpm_pose
 
 DIAGONAL = np.diag([0.10, 0.13, 0.13, 8e-9, 6e-6, 6e-6])
 NO_MAGNET = {"moment": 1e-30, "yaw": 0.0, "velocity": (0.0, 0.0, 0.0), "start": (0.0, 0.0, 0.0)}
@@ -122,7 +122,6 @@ def fixed_steps(c, duration, steps):
     clocks["longest"] = duration / steps * (1 + 1e-12)
     inputs = [
         (_pack.pack_bodies([scenario]), Body),
-        (_pack.pack_drives([scenario]), Drive),
         (_pack.pack_magnets([scenario]), magnetics.Magnet),
         (clocks, loop.Clock),
         (_pack.pack_bounds([scenario]), loop.Bounds),
@@ -131,7 +130,8 @@ def fixed_steps(c, duration, steps):
     progress = wp.array(start, dtype=loop.Progress, device="cpu")
     records = wp.zeros((1, 2), dtype=loop.Record, device="cpu")
     arrays = [wp.array(values, dtype=kind, device="cpu") for values, kind in inputs]
-    kernel = loop.build_advance(magnetics.point_dipole)
+    arrays.insert(1, _pack.pack_drives([scenario], "cpu"))
+    kernel = loop.build_advance(magnetics.point_dipole, rpm_pose)
     wp.launch(kernel, dim=1, inputs=[*arrays, 0, 2, progress, records], device="cpu")
     end = progress.numpy()[0]
     assert end["steps"] == steps

@@ -15,7 +15,7 @@ from helimag.physics import magnetics
 from helimag.physics.balance import Body
 from helimag.physics.kinematics import Drive, Knot, SampledDrive, rpm_pose, sampled_rpm_pose
 from helimag.scenario import Magnet as MagnetModel
-from helimag.scenario import Scenario
+from helimag.scenario import Path, Scenario
 
 Floats = NDArray[np.float64]
 
@@ -71,8 +71,9 @@ def pose_model(scenario: Scenario) -> wp.Function:
 
 def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
     """Drives as the kernels take them, on the device: all in closed form, or all sampled."""
-    if scenarios[0].drive.path is not None:
-        sampled = [_sampled(scenario, device) for scenario in scenarios]
+    paths = [scenario.drive.path for scenario in scenarios]
+    if paths[0] is not None:
+        sampled = [_sampled(s, path, device) for s, path in zip(scenarios, paths, strict=True) if path is not None]
         drives = wp.array(sampled, dtype=SampledDrive, device=device)
         drives.samples = sampled  # the array only points to these; they must live as long as it does
         return drives
@@ -93,14 +94,12 @@ def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
     return wp.array(packed, dtype=Drive, device=device)
 
 
-def _sampled(scenario: Scenario, device: str) -> SampledDrive:
-    drive = scenario.drive
-    assert drive.path is not None
-    spline = drive.path.spline(drive.pitch)
+def _sampled(scenario: Scenario, path: Path, device: str) -> SampledDrive:
+    spline = path.spline(scenario.drive.pitch)
     sampled = SampledDrive()
     sampled.times = wp.array(spline.x, dtype=wp.float64, device=device)
     sampled.pieces = wp.array(np.ascontiguousarray(spline.c.transpose(1, 0, 2)), dtype=Knot, device=device)
-    sampled.spin_rate = 2.0 * math.pi * drive.frequency
+    sampled.spin_rate = 2.0 * math.pi * scenario.drive.frequency
     return sampled
 
 

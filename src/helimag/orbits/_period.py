@@ -97,7 +97,7 @@ def build_pass(magnet_model: Callable[..., Any], held: bool) -> wp.Kernel:
     derivatives. A held head is put back after each step, in the moving frame, and how far it would have gone is summed.
     """
     load = build_load(magnet_model)
-    trial = build_trial(build_rates(load))
+    trial = build_trial(build_rates(load, rpm_pose))
     free = wp.constant(not held)
 
     @wp.kernel(enable_backward=False, module="unique")

@@ -19,7 +19,7 @@ from helimag.orbits import _chart as chart
 from helimag.orbits._period import Measures, Passage, build_pass
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
-from helimag.physics.kinematics import Drive, State
+from helimag.physics.kinematics import State
 from helimag.scenario import Scenario
 from helimag.simulation import MAGNET_MODELS
 
@@ -39,8 +39,10 @@ def require_periodic(scenario: Scenario) -> None:
     Raises
     ------
     InputError
-        Where the arm turns and moves sideways at once.
+        Where the magnet follows a sampled path, or the arm turns and moves sideways at once.
     """
+    if scenario.drive.path is not None:
+        raise InputError("drive.path must be absent for an orbit: a magnet on a sampled path repeats nothing")
     across = scenario.drive.velocity[:2]
     if scenario.drive.yaw_rate != 0.0 and any(across):
         raise InputError(
@@ -88,7 +90,7 @@ class Problem:
         bodies, self.roll = _packed_bodies(scenarios)
         self._arrays = [
             wp.array(bodies, dtype=Body, device="cpu"),
-            wp.array(pack_drives(scenarios), dtype=Drive, device="cpu"),
+            pack_drives(scenarios, "cpu"),
             wp.array(pack_magnets(scenarios), dtype=magnetics.Magnet, device="cpu"),
         ]
         self.period = np.array([1.0 / abs(scenario.drive.frequency) for scenario in scenarios])
