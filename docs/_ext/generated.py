@@ -62,8 +62,8 @@ def unwrap_warp() -> None:
 
     Only for a process that builds documentation: the modules cannot make kernels afterwards.
     """
-    import helimag.simulation  # noqa: F401  so that all that builds on the formulas has them already
-
+    for name in helimag.__all__:
+        getattr(helimag, name)  # so that all that builds on the formulas has them already
     for module in formula_modules():
         for key, value in list(vars(module).items()):
             setattr(module, key, original(value))
