@@ -1,12 +1,11 @@
-"""Figures and films of runs, with matplotlib and PyAV (``pip install helimag[plots]``)."""
+"""Figures and films of runs, with matplotlib and PyAV (``pip install helimag[plots]``; films need PyAV)."""
 
 from helimag.errors import MissingExtra
 
 try:
-    import av as _av  # noqa: F401
     import matplotlib as _matplotlib
 except ImportError as _error:
-    raise MissingExtra(f"figures and films need {_error.name}: pip install helimag[plots]") from None
+    raise MissingExtra(f"figures need {_error.name}: pip install helimag[plots]") from None
 _matplotlib.set_loglevel("ERROR")  # its remarks on fonts and caches are no part of a command's output
 
 from helimag.plots._film import animate  # noqa: E402

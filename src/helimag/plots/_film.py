@@ -3,12 +3,11 @@
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-import av
 import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.errors import FileError, InputError
+from helimag.errors import FileError, InputError, MissingExtra
 from helimag.files import replacing
 from helimag.plots._quantities import Shown, shown
 from helimag.plots._scene import FILM, HEIGHT, WIDTH, Scene, enlargement
@@ -110,6 +109,10 @@ def remark(run: Shown) -> str:
 
 def _encode(pictures: Iterable[NDArray[np.uint8]], beside: Path, path: str | Path) -> None:
     """Write pictures (height, width, 3) as H.264 in an MP4 container."""
+    try:
+        import av
+    except ImportError:
+        raise MissingExtra("films need av: pip install helimag[plots]") from None
     try:
         with av.open(str(beside), "w", format="mp4") as container:
             stream = container.add_stream(

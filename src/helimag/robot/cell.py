@@ -15,7 +15,7 @@ from helimag.errors import FileError, InputError
 from helimag.robot.frames import frame, tool_rotation
 from helimag.scenario._device import Part
 from helimag.scenario._fields import Acceleration, Angle, AngularRate, Length, Size
-from helimag.scenario._scenario import _messages
+from helimag.scenario._scenario import messages
 
 Floats = NDArray[np.float64]
 Six = tuple[Angle, Angle, Angle, Angle, Angle, Angle]
@@ -207,4 +207,4 @@ def _model(kind: type[Model], data: dict[str, Any], source: str) -> Model:
     try:
         return kind.model_validate(data, context={"file": True})
     except ValidationError as error:
-        raise InputError(f"{source}: {'; '.join(_messages(error))}") from None
+        raise InputError(f"{source}: {'; '.join(messages(error))}") from None

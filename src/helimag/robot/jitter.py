@@ -16,7 +16,7 @@ from helimag.robot.path import magnet_path
 from helimag.scenario import Scenario
 from helimag.scenario._device import Part
 from helimag.scenario._fields import Frequency, Length
-from helimag.scenario._scenario import _messages
+from helimag.scenario._scenario import messages
 
 Floats = NDArray[np.float64]
 Point = tuple[Length, Length, Length]
@@ -96,7 +96,7 @@ def load_jitter(path: str | Path) -> Jitter:
     try:
         return Jitter.model_validate(data, context={"file": True})
     except ValidationError as error:
-        raise InputError(f"{path}: {'; '.join(_messages(error))}") from None
+        raise InputError(f"{path}: {'; '.join(messages(error))}") from None
 
 
 def jittered(scenario: Scenario, jitter: Jitter, random: np.random.Generator) -> Scenario:

@@ -63,7 +63,7 @@ class Scenario(Part):
     @property
     def hash(self) -> str:
         """SHA-256 of all that decides the run; names and provenance do not."""
-        decisive = self.model_dump(mode="python", exclude={"name", "provenance"})
+        decisive = self.model_dump(mode="python", exclude={"name", "provenance"}, exclude_none=True)
         return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
 
     def replaced(self, changes: Mapping[str, object]) -> "Scenario":
@@ -121,7 +121,7 @@ def _assign(data: dict[str, Any], path: str, value: object) -> None:
             at = at[step]
 
 
-def _messages(error: ValidationError) -> Iterator[str]:
+def messages(error: ValidationError) -> Iterator[str]:
     """One line a problem, naming field, expectation and value."""
     for problem in error.errors():
         steps = [str(step) for step in problem["loc"]]
@@ -144,4 +144,4 @@ def validated(data: Mapping[str, object], *, in_file: bool) -> Scenario:
     try:
         return Scenario.model_validate(data, context={"file": in_file})
     except ValidationError as error:
-        raise InputError("; ".join(_messages(error))) from None
+        raise InputError("; ".join(messages(error))) from None
