@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from helimag.errors import InputError
@@ -53,7 +53,19 @@ drives = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@example(
+    changes={
+        "drive.pitch": 0.0,
+        "drive.distance": 0.125,
+        "drive.pitch_about": "origin",
+        "drive.start": (0.015625, 0.0, 0.0),
+        "drive.yaw_rate": 0.015625,
+        "drive.velocity": (0.0010680667512557632, 0.0, 0.0),
+        "run.duration": 20.0,
+    },
+    spline=False,
+)
+@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(changes=drives, spline=st.booleans())
 def test_round_trip_of_random_scenarios(changes, spline):
     """Plan, text, parser, poses: 1 um, 1e-6 rad, 0.1 %. A drive too slow to be programmed is refused by name."""

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 POSITION = 1e-6  # m; these three are what a programme is held to
 AXIS = 1e-6  # rad
 TIMING = 1e-3  # of the duration
-ARM = 0.1  # m; weighs axis against position where times are matched
+ARM = 1.0  # m; weighs axis against position where times are matched: a yawing axis tells the time best
 STEP = 1e-3  # s; of the differences that give the speed
 SLACK = 1e-3  # s; programme times carry the rounding of the speeds
 
