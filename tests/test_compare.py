@@ -9,7 +9,7 @@ import pytest
 from helimag.cli import app
 from helimag.compare import compare
 from helimag.errors import InputError
-from helimag.measurement import attack_windows, output
+from helimag.measurement import attack_windows, output, unseen
 from helimag.trajectory import Trajectory
 from helimag.vision.staged import staged
 
@@ -123,3 +123,15 @@ def test_figure() -> None:
     height = figure.axes[2]
     drawn = np.concatenate([line.get_ydata() for line in height.lines[:1]])
     assert drawn.min() == pytest.approx(1e3 * simulated.dataset["position"].values[:, 2].min(), abs=0.05)
+
+
+def test_what_no_frame_shows_lengthens_a_steady_fall_by_a_frame_at_each_end() -> None:
+    time = np.arange(20) / 30.0
+    assert unseen(time, -5e-3 * time, 1.0 / 30.0) == pytest.approx(2.0 * 5e-3 / 30.0)
+    assert unseen(time, np.full(20, 0.01), 1.0 / 30.0) == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_turn_inside_a_gap_is_allowed_for() -> None:
+    time = np.array([0.0, 0.1, 0.2, 0.8, 0.9, 1.0])
+    height = np.array([0.0, 1e-3, 2e-3, 2e-3, 1e-3, 0.0])
+    assert 1e-3 < unseen(time, height, 0.1) < 4e-3

@@ -48,12 +48,10 @@ class Windows:
 def output(run: Trajectory, *, seed: int = 0) -> Measured:
     """Range of heights |y| of a run with its uncertainty; exact for a simulated run.
 
-    The value is that of :func:`helimag.gain.judge`. Noise makes a range larger: the interval reaches lower by as
-    much as the
-    measured covariance lengthens the range of runs drawn about the measured heights. The calibration's accuracy at two
-    places and its error of scale, which no averaging removes, are added. What happened in gaps is not known, and not
-    allowed
-    for.
+    The value is that of :func:`helimag.gain.judge`. Noise makes a range larger: the interval reaches lower by as much
+    as the measured covariance lengthens the range of runs drawn about the measured heights. Frames miss what happens
+    between and beside them: it reaches higher by what :func:`unseen` allows. The calibration's accuracy at two places
+    and its error of scale, which no averaging removes, are added.
 
     Parameters
     ----------
@@ -82,7 +80,23 @@ def output(run: Trajectory, *, seed: int = 0) -> Measured:
     accuracy = float(attributes.get("position_accuracy", 0.0))
     scale = float(attributes.get("scale_sd", 0.0)) * value
     sd = float(np.sqrt(drawn_ranges.var() + 2.0 * accuracy**2 + scale**2))
-    return Measured(value, sd, max(value - excess - NORMAL_95 * sd, 0.0), value + NORMAL_95 * sd)
+    high = value + unseen(time, height, interval) + NORMAL_95 * sd
+    return Measured(value, sd, max(value - excess - NORMAL_95 * sd, 0.0), high)
+
+
+def unseen(time: Floats, height: Floats, interval: float) -> float:
+    """How much longer the range of heights would be had the device gone straight on where no frame shows it (m).
+
+    From each sample it is taken to go on with the speed between its neighbours: halfway into the time without a sample
+    that follows or precedes, and one frame ``interval`` (s) beyond the first and the last.
+    """
+    if time.size < 3:
+        return 0.0
+    speed = np.gradient(height, time)
+    after = np.append(np.diff(time) / 2.0, interval)
+    before = np.insert(np.diff(time) / 2.0, 0, interval)
+    reached = np.concatenate([height, height + speed * after, height - speed * before])
+    return float(np.ptp(reached) - np.ptp(height))
 
 
 def gain(run: Trajectory, *, seed: int = 0) -> Measured:

@@ -42,6 +42,8 @@ def animate(trajectory: Trajectory, path: str | Path, *, progress: Callable[[flo
         Where the suffix is another, or the run has nothing that can be drawn.
     FileError
         Where the file cannot be written; nothing is left behind.
+    MissingExtra
+        Where PyAV is not installed.
     """
     if Path(path).suffix.lower() != ".mp4":
         raise InputError(f"a film's file must end in .mp4; got '{path}'")
