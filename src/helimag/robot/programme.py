@@ -3,13 +3,12 @@
 import contextlib
 import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
 from helimag.errors import FileError, InputError
+from helimag.files import replacing
 from helimag.robot.cell import Cell
 from helimag.robot.comparison import Deviation, deviation
 from helimag.robot.interpreter import play
@@ -158,26 +157,14 @@ def _csv(columns: Mapping[str, list[float]], marks: Mapping[str, str]) -> str:
 
 
 def _write(folder: Path, texts: Mapping[str, str]) -> list[Path]:
-    """Write all files or none: beside first, then renamed."""
-    beside: dict[Path, Path] = {}
+    """Write all files or none: all beside first, then renamed."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            handle, part = tempfile.mkstemp(dir=folder, prefix=f".{name}.", suffix=".part")
-            beside[folder / name] = Path(part)
-            with os.fdopen(
-                handle, "w", encoding="ascii", newline="\r\n" if name.endswith((".src", ".dat")) else "\n"
-            ) as file:
-                file.write(text)
-        mask = os.umask(0)
-        os.umask(mask)
-        for target, part_path in beside.items():
-            part_path.chmod(0o666 & ~mask)
-            part_path.replace(target)
     except OSError as error:
         raise FileError(f"{folder} cannot be written: {error.strerror or error}") from None
-    finally:
-        for part_path in beside.values():
-            with contextlib.suppress(OSError):
-                part_path.unlink(missing_ok=True)
-    return list(beside)
+    with contextlib.ExitStack() as stack:
+        for name, text in texts.items():
+            beside = stack.enter_context(replacing(folder / name))
+            ends = "\r\n" if name.endswith((".src", ".dat")) else "\n"
+            beside.write_text(text, encoding="ascii", newline=ends)
+    return [folder / name for name in texts]
