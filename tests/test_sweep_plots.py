@@ -75,6 +75,21 @@ def test_interactive_pages_hold_every_run_and_need_nothing_from_elsewhere(tmp_pa
     assert sum(len(trace.x) for trace in curves.data if trace.mode == "markers") == 10
 
 
+def test_interactive_page_of_three_axes_has_a_panel_for_each_value_of_the_first(tmp_path):
+    distance = Axis(field="drive.distance", values=("148 mm", "150 mm"))
+    data = made(tmp_path, distance, FREQUENCY, PITCH)
+    figure = interactive_sweep(data)
+    titles = [note.text for note in figure.layout.annotations]
+    assert [title for title in titles if "148" in title or "150" in title] == titles[:2]
+    drawn = {}
+    for trace in figure.data:
+        if trace.mode == "markers":
+            drawn[trace.xaxis] = drawn.get(trace.xaxis, 0) + len(trace.x)
+    assert list(drawn.values()) == [10, 10]
+    named = [trace.name for trace in figure.data if trace.showlegend]
+    assert len(named) == len(set(named))
+
+
 def test_nothing_to_draw_is_said(tmp_path):
     data = made(tmp_path, PITCH).load()
     data["verdict"].values[:] = Outcome.NOT_COMPUTED

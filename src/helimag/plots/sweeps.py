@@ -247,35 +247,48 @@ def interactive_sweep(dataset: "xarray.Dataset") -> Any:
         Where plotly is not installed.
     """
     try:
-        import plotly.graph_objects as go
+        from plotly.subplots import make_subplots
     except ImportError:
         raise MissingExtra("interactive figures need plotly: pip install 'helimag[sweeps]'") from None
-    flags = dataset["verdict"].values.ravel()
-    if not np.any(flags):
+    if not np.any(dataset["verdict"].values):
         raise InputError("there is nothing to draw: no run of this sweep has been computed")
-    names = axis_names(dataset)
-    columns = {name: _column(dataset, name) for name in names}
-    gain, reasons = dataset["gain"].values.ravel(), dataset["reason"].values.ravel()
-    words = dataset["reason"].attrs["flag_meanings"].split()
-    text = [
-        "<br>".join(
-            [f"{label_of(dataset, name)}: {columns[name][i]:.5g}" for name in names]
-            + [f"gain {gain[i]:.4g}", f"{_word(Outcome(flags[i]))}, {words[reasons[i]]}"]
-        )
-        for i in range(flags.size)
-    ]
-    curve = len(names) == 1 or (
-        len(names) == 2 and dataset["verdict"].ndim == 2 and dataset["verdict"].shape[0] <= CURVES
-    )
-    figure = go.Figure()
-    if curve and len(names) == 2:
-        for value in np.unique(columns[names[0]]):
-            row = columns[names[0]] == value
-            title = f"{value:.4g} {_unit(dataset, names[0])}"
+    panels = list(_panels(dataset))
+    columns = min(len(panels), 3)
+    rows = -(-len(panels) // columns)
+    titles = [title for title, _ in panels] if len(panels) > 1 else None
+    figure = make_subplots(rows=rows, cols=columns, subplot_titles=titles)
+    for place, (_, part) in enumerate(panels):
+        _add_panel(figure, part, {"row": place // columns + 1, "col": place % columns + 1})
+    named: set[str] = set()
+    for trace in figure.data:  # each verdict and curve once in the legend, all panels' together
+        trace.update(legendgroup=trace.name, showlegend=trace.name not in named)
+        named.add(trace.name)
+    figure.update_layout(title=dataset.attrs["title"], template="plotly_white", height=max(450, 320 * rows))
+    return figure
+
+
+def _add_panel(figure: Any, part: "xarray.Dataset", place: dict[str, int]) -> None:
+    """Draw one panel's runs: gain curves where there are few, else a map of verdicts."""
+    names = axis_names(part)
+    columns = {name: _column(part, name) for name in names}
+    inner = [name for name in names if part[name].ndim] or names
+    verdict = part["verdict"]
+    curve = len(inner) == 1 or (len(inner) == 2 and verdict.ndim == 2 and verdict.shape[0] <= CURVES)
+    flags, gain = verdict.values.ravel(), part["gain"].values.ravel()
+    if curve and len(inner) == 2:
+        for value in np.unique(columns[inner[0]]):
+            row = columns[inner[0]] == value
             figure.add_scatter(
-                x=columns[names[1]][row], y=gain[row], mode="lines", line={"width": 1}, name=title, hoverinfo="skip"
+                x=columns[inner[1]][row],
+                y=gain[row],
+                mode="lines",
+                line={"width": 1},
+                name=f"{value:.4g} {_unit(part, inner[0])}",
+                hoverinfo="skip",
+                **place,
             )
-    x, y = (columns[names[-1]], gain) if curve else (columns[names[0]], columns[names[1]])
+    x, y = (columns[inner[-1]], gain) if curve else (columns[inner[0]], columns[inner[1]])
+    text = _hover(part, columns)
     for outcome in Outcome:
         here = (flags == outcome) & (outcome != Outcome.NOT_COMPUTED)
         if np.any(here):
@@ -285,19 +298,27 @@ def interactive_sweep(dataset: "xarray.Dataset") -> Any:
                 mode="markers",
                 marker={"color": COLOURS[outcome], "size": 7},
                 name=_word(outcome),
-                text=np.array(text)[here],
+                text=text[here],
                 hoverinfo="text",
+                **place,
             )
     if curve:
-        figure.add_hline(y=1.0, line={"dash": "dash", "width": 1})
-    label = "gain" if curve else label_of(dataset, names[1])
-    figure.update_layout(
-        title=dataset.attrs["title"],
-        xaxis_title=label_of(dataset, names[-1] if curve else names[0]),
-        yaxis_title=label,
-        template="plotly_white",
-    )
-    return figure
+        figure.add_hline(y=1.0, line={"dash": "dash", "width": 1}, **place)
+    figure.update_xaxes(title_text=label_of(part, inner[-1] if curve else inner[0]), **place)
+    figure.update_yaxes(title_text="gain" if curve else label_of(part, inner[1]), **place)
+
+
+def _hover(part: "xarray.Dataset", columns: dict[str, Any]) -> Any:
+    """What hovering over each run shows."""
+    flags, gain = part["verdict"].values.ravel(), part["gain"].values.ravel()
+    reasons = part["reason"].values.ravel()
+    words = part["reason"].attrs["flag_meanings"].split()
+    lines = [
+        [f"{label_of(part, name)}: {values[i]:.5g}" for name, values in columns.items()]
+        + [f"gain {gain[i]:.4g}", f"{_word(Outcome(flags[i]))}, {words[reasons[i]]}"]
+        for i in range(flags.size)
+    ]
+    return np.array(["<br>".join(line) for line in lines])
 
 
 def _column(dataset: "xarray.Dataset", name: str) -> Any:
