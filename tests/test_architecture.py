@@ -18,7 +18,7 @@ RULES = {
     "errors": set(),
     "files": {"errors"},
     "quantities": {"errors"},
-    "scenario": {"errors", "quantities"},
+    "scenario": {"errors", "files", "quantities"},
     "physics": {"errors"},
     "gain": {"errors"},
     "trajectory": {"errors", "files", "gain"},

@@ -1,12 +1,14 @@
-"""Writing files so that nobody ever finds half of one."""
+"""Files: written so that nobody ever finds half of one, and TOML read with one clear refusal."""
 
 import os
 import tempfile
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from helimag.errors import FileError
+from helimag.errors import FileError, InputError
 
 
 @contextmanager
@@ -49,3 +51,19 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
     finally:
         beside.unlink(missing_ok=True)
+
+
+def toml_tables(text: str, source: str) -> dict[str, Any]:
+    """Read TOML text; ``source`` names it in messages.
+
+    Raises
+    ------
+    InputError
+        Where the text is not TOML, or holds what Python cannot (an integer of thousands of digits, arrays as deep).
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{source} is not valid TOML: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{source} cannot be read as TOML: {error}") from None

@@ -1,7 +1,6 @@
 """The cell: arm, tool, where the lab frame stands, and what the arm must not touch. Frozen models read from TOML."""
 
 import math
-import tomllib
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
 from helimag.errors import FileError, InputError
+from helimag.files import toml_tables
 from helimag.robot.frames import frame, tool_rotation
 from helimag.scenario._device import Part
 from helimag.scenario._fields import Acceleration, Angle, AngularRate, Length, Size
@@ -158,8 +158,8 @@ def load_arm(arm: str | Path) -> Arm:
     """
     packaged = resources.files("helimag.robot") / "data" / f"{arm}.toml"
     if str(arm).isidentifier() and packaged.is_file():
-        return _model(Arm, _tables(packaged.read_text(encoding="utf-8"), str(arm)), str(arm))
-    return _model(Arm, _tables(_text(Path(arm), "arm"), str(arm)), str(arm))
+        return _model(Arm, toml_tables(packaged.read_text(encoding="utf-8"), str(arm)), str(arm))
+    return _model(Arm, toml_tables(_text(Path(arm), "arm"), str(arm)), str(arm))
 
 
 def load_cell(cell: str | Path | None = None) -> Cell:
@@ -178,7 +178,7 @@ def load_cell(cell: str | Path | None = None) -> Cell:
         text = (resources.files("helimag.robot") / "data" / "default_cell.toml").read_text(encoding="utf-8")
     else:
         folder, source, text = Path(cell).parent, str(cell), _text(Path(cell), "cell")
-    data = _tables(text, source)
+    data = toml_tables(text, source)
     if isinstance(data.get("arm"), str):
         beside = None if folder is None else folder / data["arm"]
         data["arm"] = load_arm(beside if beside is not None and beside.is_file() else data["arm"])
@@ -194,13 +194,6 @@ def _text(path: Path, what: str) -> str:
         raise InputError(f"{path} is not a text file") from None
     except OSError as error:
         raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-
-
-def _tables(text: str, source: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{source} is not valid TOML: {error}") from None
 
 
 def _model(kind: type[Model], data: dict[str, Any], source: str) -> Model:

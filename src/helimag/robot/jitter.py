@@ -1,7 +1,6 @@
 """What errors of arm and motor do to a run: speed ripple, path offset, shaking, frequency error."""
 
 import math
-import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from helimag.errors import FileError, InputError
+from helimag.files import toml_tables
 from helimag.robot.logs import Log
 from helimag.robot.path import magnet_path
 from helimag.scenario import Scenario
@@ -88,11 +88,12 @@ def load_jitter(path: str | Path) -> Jitter:
         Where it is no jitter model.
     """
     try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        text = Path(path).read_text(encoding="utf-8")
     except OSError as error:
         raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not valid TOML: {error}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not a text file") from None
+    data = toml_tables(text, str(path))
     try:
         return Jitter.model_validate(data, context={"file": True})
     except ValidationError as error:

@@ -1,11 +1,11 @@
 """Scenarios from presets and TOML files."""
 
-import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from helimag.errors import FileError, InputError
+from helimag.files import toml_tables
 from helimag.scenario._scenario import Scenario, validated
 
 
@@ -17,12 +17,7 @@ def parse(text: str, source: str = "scenario") -> Scenario:
     InputError
         Where the text is not TOML or not a scenario.
     """
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{source} is not valid TOML: {error}") from None
-    except (ValueError, RecursionError) as error:  # an integer of thousands of digits, arrays nested as deep
-        raise InputError(f"{source} cannot be read as TOML: {error}") from None
+    data = toml_tables(text, source)
     try:
         return validated(data, in_file=True)
     except InputError as error:

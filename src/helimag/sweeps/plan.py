@@ -1,12 +1,12 @@
 """Plans: which runs a sweep makes, as frozen models that read and write TOML."""
 
-import tomllib
 from pathlib import Path
 from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from helimag.errors import FileError, InputError
+from helimag.files import toml_tables
 from helimag.scenario import Scenario, preset_names
 from helimag.scenario._fields import Time
 
@@ -121,10 +121,7 @@ def parse_plan(text: str, source: str = "plan") -> Plan:
     InputError
         Where the text is not TOML or not a plan.
     """
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{source} is not valid TOML: {error}") from None
+    data = toml_tables(text, source)
     try:
         return Plan.model_validate(data, context={"file": True})
     except ValidationError as error:

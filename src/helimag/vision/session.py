@@ -1,6 +1,5 @@
 """A calibration session: board, tank and pictures, as a TOML file with units; and a synthetic one."""
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from helimag import quantities as q
 from helimag.errors import FileError, InputError
+from helimag.files import toml_tables
 from helimag.vision._cv import cv2
 from helimag.vision.boards import Board
 from helimag.vision.cameras import Rig
@@ -76,11 +76,12 @@ class Session:
         """
         source = Path(path)
         try:
-            data = tomllib.loads(source.read_text(encoding="utf-8"))
+            text = source.read_text(encoding="utf-8")
         except OSError as error:
             raise FileError(f"{path} cannot be read: {error.strerror}") from None
-        except ValueError as error:
-            raise InputError(f"{path} is not valid TOML: {error}") from None
+        except UnicodeDecodeError:
+            raise InputError(f"{path} is not a text file") from None
+        data = toml_tables(text, str(path))
         try:
             return _session(data, source.parent)
         except KeyError as error:
