@@ -1,4 +1,9 @@
-"""Newton's method with line search for fixed points of one-period maps, many at once."""
+"""Newton's method with line search for fixed points of one-period maps, many at once.
+
+Whether a step counts is judged by the length of the simplified correction, which no scaling of the equations changes:
+P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, sec. 3.3. The residual itself would not do: the roll
+makes up most of it and says little about the place.
+"""
 
 from dataclasses import dataclass
 
@@ -12,7 +17,7 @@ CONVERGED = 1e-8  # last correction, radians and shares of the distance; the err
 LONGEST_MOVE = 0.15  # of the distance to the magnet, in one correction
 LONGEST_TURN = 0.5  # rad
 SHORTEST_SHARE = 1.0 / 64.0  # of a correction, before giving up
-DECREASE = 1e-4  # of the residual, the least for a step to count (Armijo)
+DECREASE = 1e-4  # of the correction's length, the least for a step to count (Armijo)
 
 
 @dataclass(frozen=True)
@@ -48,9 +53,13 @@ def solve(problem: Problem, which: Ints, states: Floats, *, iterations: int = 25
     active = np.flatnonzero(~done & np.isfinite(step).all(axis=1))
     while active.size:
         tried = chart.moved(at[active], share[active, None] * step[active], problem.length[which[active]])
+        if not held:  # the roll relaxes in a turn: what a correction left of it says nothing about the orbit
+            tried, _ = problem.map(which[active], tried)
         new, slope, seen = problem.linearized(which[active], tried, columns=columns, held=held)
         evaluations[active] += 1
-        better = _norm(new, held) < (1.0 - DECREASE * share[active]) * _norm(value[active], held)
+        before = np.linalg.norm(_newton(value[active], jacobian[active], held), axis=1)
+        after = np.linalg.norm(_newton(new, jacobian[active], held), axis=1)
+        better = after < (1.0 - DECREASE * share[active]) * before
         better |= _norm(new, held) < 1e-13
         took, refused = active[better], active[~better]
         at[took], value[took], jacobian[took], measures[took] = tried[better], new[better], slope[better], seen[better]
@@ -70,13 +79,18 @@ def _norm(value: Floats, held: bool) -> Floats:
 
 def _correction(value: Floats, jacobian: Floats, held: bool) -> Floats:
     """Newton's step for ``map(x) = x``, cut to where the linear picture may be trusted; nan where singular."""
-    step = np.zeros_like(value)
-    part = slice(3, 6) if held else slice(0, 6)
-    matrix = jacobian[:, part, part] - np.eye(6)[part, part]
-    step[:, part] = _solved(matrix, -value[:, part])
+    step = _newton(value, jacobian, held)
     move = np.linalg.norm(step[:, :3], axis=1) / LONGEST_MOVE
     turn = np.linalg.norm(step[:, 3:], axis=1) / LONGEST_TURN
     return np.asarray(step / np.maximum(1.0, np.maximum(move, turn))[:, None])
+
+
+def _newton(value: Floats, jacobian: Floats, held: bool) -> Floats:
+    """Newton's step (n, 6) for ``map(x) = x``; nan where singular."""
+    step = np.zeros_like(value)
+    part = slice(3, 6) if held else slice(0, 6)
+    step[:, part] = _solved(jacobian[:, part, part] - np.eye(6)[part, part], -value[:, part])
+    return step
 
 
 def _solved(matrices: Floats, right: Floats) -> Floats:
