@@ -43,8 +43,8 @@ def solve(problem: Problem, which: Ints, states: Floats, *, iterations: int = 25
         Keep the head's place and solve for the orientation alone.
     """
     count = len(which)
-    at = states.copy()
     columns = range(3, 6) if held else range(6)
+    at = _relaxed(problem, which, states, held)
     value, jacobian, measures = problem.linearized(which, at, columns=columns, held=held)
     step = _correction(value, jacobian, held)
     share = np.ones(count)
@@ -53,8 +53,7 @@ def solve(problem: Problem, which: Ints, states: Floats, *, iterations: int = 25
     active = np.flatnonzero(~done & np.isfinite(step).all(axis=1))
     while active.size:
         tried = chart.moved(at[active], share[active, None] * step[active], problem.length[which[active]])
-        if not held:  # the roll relaxes in a turn: what a correction left of it says nothing about the orbit
-            tried, _ = problem.map(which[active], tried)
+        tried = _relaxed(problem, which[active], tried, held)
         new, slope, seen = problem.linearized(which[active], tried, columns=columns, held=held)
         evaluations[active] += 1
         before = np.linalg.norm(_newton(value[active], jacobian[active], held), axis=1)
@@ -71,6 +70,11 @@ def solve(problem: Problem, which: Ints, states: Floats, *, iterations: int = 25
         active = active[going[active]]
     at[done] = chart.moved(at[done], step[done], problem.length[which[done]])
     return Solved(done, at, _norm(value, held), jacobian, measures, evaluations)
+
+
+def _relaxed(problem: Problem, which: Ints, states: Floats, held: bool) -> Floats:
+    """A turn later, where the head is free: the roll relaxes within it, and what a guess has of it misleads the search."""
+    return states.copy() if held else problem.map(which, states)[0]
 
 
 def _norm(value: Floats, held: bool) -> Floats:
