@@ -9,8 +9,8 @@ import helimag as hm
 from helimag.orbits import OrbitStatus, find_orbits, list_orbits, observed_growth
 from helimag.orbits import _chart as chart
 from helimag.orbits._problem import Problem
-from helimag.orbits._starts import to_lab, to_moving
-from helimag.orbits.growth import leading_direction, strobed
+from helimag.orbits._starts import strobed, to_lab, to_moving
+from helimag.orbits.growth import leading_direction
 from helimag.orbits.orbit import describe_rates
 from helimag.simulation import advance
 
@@ -82,8 +82,8 @@ def test_runs_stay_by_a_stable_orbit_and_leave_an_unstable_one(orbit: hm.Orbit, 
     for found in (orbit, saddle):
         direction, _ = leading_direction(found)
         start = chart.moved(found.state[None], 1e-3 * direction[None], np.array([0.15]))
-        ((_, states, history),) = strobed(found, start, 6000.0)
-        away.append((history.status.name, np.linalg.norm(states[-1, :3] - found.position)))
+        (run,) = strobed(found.scenario, 6000.0, samples=200, states=start)
+        away.append((run.status.name, np.linalg.norm(run.states[-1, :3] - found.position)))
     assert away[0][0] == "HORIZON"
     assert away[0][1] < 0.15e-3 * 0.1
     assert away[1][0] != "HORIZON" or away[1][1] > 0.02

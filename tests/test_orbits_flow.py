@@ -7,7 +7,7 @@ import pytest
 
 import helimag as hm
 from helimag.gain import Verdict
-from helimag.orbits import averaged_rates, averaging_error, basin, design, explain, robust_inputs, slow_flow
+from helimag.orbits import averaged_rates, averaging_error, basin, design, robust_inputs, slow_flow
 from helimag.orbits.averaging import SlowFlow
 
 
@@ -66,20 +66,6 @@ def test_basin_by_the_averaged_model_agrees(orbit: hm.Orbit, flow: SlowFlow) -> 
     fast = basin(orbit, low=low, high=high, shape=(3, 3, 3), flow=flow, duration=1800.0)
     assert fast.captured.all()
     assert fast.engine == "averaged"
-
-
-def test_verdict_of_a_run_refers_to_its_orbit(orbit: hm.Orbit) -> None:
-    found, text = explain(hm.simulate(orbit.scenario))
-    assert found is not None
-    assert found.position == pytest.approx(orbit.position, abs=1e-7)
-    assert "stable orbit" in text
-    assert "decays in 1868 s" in text
-    still, on = explain(hm.simulate(orbit.scenario, duration=333.3, initial_state=orbit.state))
-    assert still is not None
-    assert "on a stable orbit" in on
-    nothing, left = explain(hm.simulate(hm.load("paper/fig3a")))
-    assert nothing is None
-    assert "left" in left
 
 
 def test_design_meets_the_wish_and_its_runs_stay(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from helimag.cli._shared import (
 )
 
 if TYPE_CHECKING:
+    from helimag.orbits import Outlook
     from helimag.scenario import Scenario
     from helimag.trajectory import Trajectory
 
@@ -56,10 +57,10 @@ def simulate(
     interval: str | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     device: str = "cpu",
-    orbit: Annotated[bool, Parameter(negative="")] = False,
+    orbit: bool = True,
     json: Json = False,
 ) -> None:
-    """Run a scenario and judge it.
+    """Run a scenario, judge it, and say what becomes of it after its horizon.
 
     Parameters
     ----------
@@ -72,7 +73,7 @@ def simulate(
     device
         "cpu", or a CUDA device such as "cuda".
     orbit
-        Say also what the run's orbit says about all time to come; takes a little longer.
+        Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
     """
     from helimag.simulation import simulate as run
 
@@ -83,17 +84,18 @@ def simulate(
         trajectory = run(chosen, device=device, progress=progress)
     if output is not None:
         trajectory.save(output)
-    forever = None
+    outlook = None
     if orbit:
         from helimag.orbits import explain
 
-        forever = explain(trajectory)[1]
+        with progress_bar(f"taking {chosen.name} on") as progress:
+            outlook = explain(trajectory, progress=progress)
     if json:
-        print_json(_report(trajectory) | ({} if forever is None else {"orbit": forever}))
+        print_json(_report(trajectory) | _outlook_report(outlook))
     else:
         _print_summary(chosen, trajectory, output)
-        if forever is not None:
-            print(f"  for all time  {forever}")
+        if outlook is not None and outlook.future != "has left":
+            print(f"  for all time  {outlook.text}")
 
 
 def _report(trajectory: "Trajectory") -> dict[str, Any]:
@@ -111,6 +113,18 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "attack_angle_deg": degrees(judgement.attack_angle),
         "final_state": trajectory.final_state.tolist(),
         "wall_time_s": trajectory.dataset.attrs["wall_time"],
+    }
+
+
+def _outlook_report(outlook: "Outlook | None") -> dict[str, Any]:
+    if outlook is None:
+        return {}
+    found = outlook.orbit is not None and outlook.orbit.found
+    return {
+        "outlook": str(outlook.future),
+        "outlook_reason": outlook.text,
+        "orbit_position_m": outlook.orbit.position.tolist() if outlook.orbit is not None and found else None,
+        "orbit_stable": outlook.orbit.stable if outlook.orbit is not None and found else None,
     }
 
 

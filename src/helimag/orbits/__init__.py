@@ -8,7 +8,7 @@ from helimag.orbits.find import find_orbit, find_orbits, list_orbits
 from helimag.orbits.growth import ObservedGrowth, observed_growth
 from helimag.orbits.mapping import BoundaryPoint, StabilityMap, boundary_of, stability_map
 from helimag.orbits.orbit import Orbit, OrbitStatus
-from helimag.orbits.outlook import explain
+from helimag.orbits.outlook import Future, Outlook, explain
 from helimag.orbits.robust_inputs import Design, design
 
 __all__ = [
@@ -18,11 +18,13 @@ __all__ = [
     "Change",
     "Design",
     "Event",
+    "Future",
     "Input",
     "Interval",
     "ObservedGrowth",
     "Orbit",
     "OrbitStatus",
+    "Outlook",
     "Point",
     "SlowFlow",
     "StabilityMap",

@@ -73,7 +73,7 @@ def solve(problem: Problem, which: Ints, states: Floats, *, iterations: int = 25
 
 
 def _relaxed(problem: Problem, which: Ints, states: Floats, held: bool) -> Floats:
-    """A turn later, where the head is free: the roll relaxes within it, and what a guess has of it misleads the search."""
+    """States a turn later, where the head is free: a guess of the roll misleads the search, and is gone by then."""
     return states.copy() if held else problem.map(which, states)[0]
 
 

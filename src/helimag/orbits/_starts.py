@@ -1,6 +1,8 @@
-"""Where to begin the search for orbits: along a run, and on a grid of places with the attitude settled."""
+"""Where to begin the search for orbits: along runs, and on a grid of places with the attitude settled."""
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -12,21 +14,48 @@ from helimag.orbits._problem import Floats, Ints, Problem
 from helimag.physics import evaluate
 from helimag.physics.magnetics import dipole_field
 from helimag.scenario import Scenario
-from helimag.simulation import advance
+from helimag.simulation import TOLERANCE, advance
 
-RUN_SAMPLES = 24
 SETTLING = 4  # periods with the head held before the attitude is solved for
 
 
-def along_run(scenario: Scenario, duration: float, *, samples: int = RUN_SAMPLES) -> tuple[Floats, Status]:
-    """States (n, 7) along a run of about ``duration`` (s) at whole turns of the magnet, moving frame; and its end."""
+@dataclass(frozen=True)
+class Strobed:
+    """A run at whole turns of the magnet: times (n,), states (n, 7), moving frame; and how and when (s) it ended."""
+
+    times: Floats
+    states: Floats
+    status: Status
+    end: float
+
+
+def strobed(
+    scenario: Scenario,
+    duration: float,
+    *,
+    samples: int,
+    states: Floats | None = None,
+    tolerance: float = TOLERANCE,
+    progress: Callable[[float], None] | None = None,
+) -> list[Strobed]:
+    """Full runs of about ``duration`` (s), from states (m, 7) of the moving frame; one from the scenario's own start.
+
+    A run from a state starts as if at t = 0, where lab and moving frame are one: the equations see no difference.
+    """
     period = 1.0 / abs(scenario.drive.frequency)
     stride = max(1, round(duration / (samples * period))) * period
-    (history,) = advance([scenario.replaced({"run.duration": samples * stride, "run.interval": stride})])
-    whole = history.time / stride
-    kept = np.abs(whole - np.round(whole)) < 1e-9
-    states = history.states[kept & np.isfinite(history.states).all(axis=1)]
-    return to_moving(scenario, np.round(whole[kept]) * stride, states), history.status
+    count = max(2, math.ceil(duration / stride - 1e-9))
+    run = scenario.replaced({"run.duration": count * stride, "run.interval": stride})
+    begun = None if states is None else to_lab(scenario, np.zeros(len(states)), states)
+    many = 1 if states is None else len(states)
+    result = []
+    for history in advance([run] * many, initial_states=begun, tolerance=tolerance, progress=progress):
+        whole = np.round(history.time / stride)
+        kept = (np.abs(history.time / stride - whole) < 1e-9) & np.isfinite(history.states).all(axis=1)
+        times = whole[kept] * stride
+        moving = to_moving(scenario, times, history.states[kept])
+        result.append(Strobed(times, moving, history.status, float(history.time[-1])))
+    return result
 
 
 def to_moving(scenario: Scenario, times: Floats, states: Floats) -> Floats:

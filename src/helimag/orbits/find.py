@@ -11,12 +11,12 @@ from helimag.orbits import _chart as chart
 from helimag.orbits._floquet import fast_multipliers, multipliers_of, rates_of
 from helimag.orbits._newton import Solved, solve
 from helimag.orbits._problem import Floats, Ints, Problem
-from helimag.orbits._starts import along_run, default_box, on_grid
+from helimag.orbits._starts import default_box, on_grid, strobed
 from helimag.orbits.orbit import Orbit, OrbitStatus
 from helimag.scenario import Scenario
 
 SAME = 1e-5  # of the distance and in radians: two searches that end this near found one orbit
-RUN_DURATION = 1800.0  # s
+RUN_DURATION, RUN_SAMPLES = 1800.0, 24  # s; states of a run that searches begin at
 NEIGHBOUR_ITERATIONS = 12  # evaluations from a neighbour's orbit, which needs three or four
 GRID = (5, 5, 7)  # starts of a list
 COARSE = (3, 3, 5)  # starts where a run led to no stable orbit
@@ -49,9 +49,8 @@ def find_orbit(scenario: Scenario, *, near: "Orbit | Floats | None" = None, thor
     problem = Problem([scenario])
     if near is not None:
         return _solved(problem, _state_of(near)[None])[0]
-    states, end = along_run(scenario, RUN_DURATION)
-    first, _ = problem.map(np.zeros(1, dtype=np.int64), states[:1])
-    states = np.concatenate([first, states[1:]])
+    (run,) = strobed(scenario, RUN_DURATION, samples=RUN_SAMPLES)
+    states = run.states
     orbits = _distinct(_solved(problem, states, refine=False))
     if thorough and not any(orbit.stable for orbit in orbits):
         low, high = default_box(scenario, problem.arm[0])
@@ -60,7 +59,7 @@ def find_orbit(scenario: Scenario, *, near: "Orbit | Floats | None" = None, thor
             orbits = _distinct(orbits + _solved(problem, grid, refine=False))
     best = _best(orbits, states[-1, :3])
     if best is None:
-        return Orbit(scenario=scenario, status=_why_not(orbits, end))
+        return Orbit(scenario=scenario, status=_why_not(orbits, run.status))
     return _refined(problem, best)
 
 
@@ -93,8 +92,8 @@ def list_orbits(
     ):
         raise InputError("low and high must be corners of a box, three finite numbers each, low below high")
     starts = on_grid(problem, 0, corners[0], corners[1], shape, both_ways=both_ways)
-    run, _ = along_run(scenario, RUN_DURATION)
-    orbits = _distinct(_solved(problem, np.concatenate([starts, run]), refine=False))
+    (run,) = strobed(scenario, RUN_DURATION, samples=RUN_SAMPLES)
+    orbits = _distinct(_solved(problem, np.concatenate([starts, run.states]), refine=False))
     found = [
         _refined(problem, orbit)
         for orbit in orbits

@@ -12,9 +12,8 @@ import numpy as np
 from helimag.errors import InputError
 from helimag.orbits import _chart as chart
 from helimag.orbits._problem import Floats
-from helimag.orbits._starts import to_lab, to_moving
+from helimag.orbits._starts import strobed
 from helimag.orbits.orbit import Orbit
-from helimag.simulation import History, advance
 
 DISPLACEMENT = 3e-4  # of the distance, and radians
 TOLERANCE = 1e-10  # of a step: the runs' own error must stay far below the displacement
@@ -66,34 +65,14 @@ def observed_growth(
     starts = chart.moved(
         np.repeat(orbit.state[None], 2, axis=0), displacement * np.stack([direction, -direction]), length
     )
-    runs = strobed(orbit, starts, duration, tolerance=TOLERANCE)
-    count = min(len(times) for times, _, _ in runs)
+    runs = strobed(orbit.scenario, duration, samples=SAMPLES, states=starts, tolerance=TOLERANCE)
+    count = min(len(run.times) for run in runs)
     seen = [
-        chart.coordinates(states[:count], np.repeat(orbit.state[None], count, axis=0), length[:1].repeat(count))
-        for _, states, _ in runs
+        chart.coordinates(run.states[:count], np.repeat(orbit.state[None], count, axis=0), length[:1].repeat(count))
+        for run in runs
     ]
     amplitude = (seen[0] - seen[1]) @ left / 2.0
-    times = runs[0][0][:count]
+    times = runs[0].times[:count]
     real = np.polyfit(times, np.log(np.abs(amplitude)), 1)[0]
     imag = np.polyfit(times, np.unwrap(np.angle(amplitude)), 1)[0] if abs(lead.imag) > 1e-9 else 0.0
     return ObservedGrowth(complex(real, abs(imag)), float(times[-1]))
-
-
-def strobed(
-    orbit: Orbit, states: Floats, duration: float, *, tolerance: float = 3e-7
-) -> list[tuple[Floats, Floats, History]]:
-    """Full runs from states (n, 7) of the moving frame: times and states at whole turns of the magnet, moving frame."""
-    scenario = orbit.scenario
-    period = 1.0 / abs(scenario.drive.frequency)
-    stride = max(1, round(duration / (SAMPLES * period))) * period
-    samples = max(2, math.ceil(duration / stride))
-    run = scenario.replaced({"run.duration": samples * stride, "run.interval": stride})
-    histories = advance(
-        [run] * len(states), initial_states=to_lab(scenario, np.zeros(len(states)), states), tolerance=tolerance
-    )
-    result = []
-    for history in histories:
-        whole = np.abs(history.time / stride - np.round(history.time / stride)) < 1e-9
-        times = np.round(history.time[whole] / stride) * stride
-        result.append((times, to_moving(scenario, times, history.states[whole]), history))
-    return result

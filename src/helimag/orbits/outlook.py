@@ -1,67 +1,142 @@
-"""What an orbit says about a run: the verdict of a finite horizon beside the one for all time."""
+"""What becomes of a run after its horizon: the orbit that its end leads to, or how it ends when it is taken on."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
+from helimag._integrate import Status
 from helimag.errors import InputError
 from helimag.gain import Verdict
 from helimag.orbits import _chart as chart
-from helimag.orbits._problem import Problem, require_periodic
-from helimag.orbits._starts import to_moving
+from helimag.orbits._problem import Floats, Problem, require_periodic
+from helimag.orbits._starts import strobed, to_moving
+from helimag.orbits.closed_curve import swinging
 from helimag.orbits.find import find_orbit
 from helimag.orbits.orbit import Orbit, describe_rates
-from helimag.scenario import parse
+from helimag.scenario import Scenario, parse
 from helimag.trajectory import Trajectory
 
-ON_ORBIT = 0.05  # of the distance and radians: a run that ends this near its orbit is on it
+ON_ORBIT = 0.05  # of the distance and radians: a run this near its orbit is on it
 INSIDE = (Verdict.BOUNDED, Verdict.DRIFTING)
+SHORTEST, LONGEST = 1800.0, 20_000.0  # s, that a run is taken on
+SAMPLES = 2000  # at whole turns, of a run taken on
+MOST_STEPS = 2e6  # of the integrator, that this may take; a stiff run is taken on for less
 
 
-def explain(trajectory: Trajectory) -> tuple[Orbit | None, str]:
-    """The orbit that a run's end leads to, and what that means for the run.
+class Future(StrEnum):
+    """What becomes of a run after its horizon."""
+
+    ON_ORBIT = "on a stable orbit"
+    COMING = "coming to a stable orbit"
+    LEAVES = "leaves later"
+    SWINGS = "swings for ever, on a closed curve"
+    STAYS = "stays, on no stable orbit"
+    GONE = "has left"
+    UNKNOWN = "not known"
+
+
+ENDS = {
+    Status.CONTACT: "is pulled into the magnet",
+    Status.FALL: "falls",
+    Status.FLOOR: "meets the floor",
+    Status.SURFACE: "meets the surface",
+    Status.WALL: "meets a wall",
+    Status.NOT_FINITE: "breaks down",
+}
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """What becomes of a run after its horizon, and the orbit (stable or not) that its end leads to, if any."""
+
+    future: Future
+    text: str
+    orbit: Orbit | None = None
+
+
+def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None = None) -> Outlook:
+    """Say what becomes of a simulated run after its horizon.
+
+    A run that ends beside a stable orbit stays there for all time. Any other is taken on, until it leaves, comes to a
+    stable orbit, or has stayed for 20,000 s more (less where that would take long): then it may be on a closed curve.
 
     Parameters
     ----------
     trajectory
         A simulated run; it knows its scenario.
-
-    Returns
-    -------
-    orbit, text
-        None, with the reason, where the run left, or where the drive has no frame in which it repeats.
+    progress
+        Called with the fraction done of taking the run on.
 
     Raises
     ------
     InputError
         Where the trajectory does not hold its scenario: a measured one.
     """
-    text = trajectory.scenario_toml
-    if text is None:
+    if trajectory.scenario_toml is None:
         raise InputError("explaining a run by its orbit needs a simulated run, which knows its scenario")
-    scenario = parse(text)
+    scenario = _without_end(parse(trajectory.scenario_toml))
     if trajectory.verdict not in INSIDE:
-        return None, "the run left; no orbit is sought from its end"
+        return Outlook(Future.GONE, "the run left; no orbit is sought from its end")
     try:
         require_periodic(scenario)
     except InputError as error:
-        return None, str(error)
+        return Outlook(Future.UNKNOWN, str(error))
     time = float(trajectory.dataset["time"].values[-1])
-    problem = Problem([scenario])
-    one = np.zeros(1, dtype=np.int64)
-    # the map begins where the magnet's turn begins: what is left of the last turn is run through
+    state = _at_whole_turn(scenario, time, trajectory.final_state)
+    orbit = find_orbit(scenario, near=state)
+    begin = f"inside for {time:.0f} s"
+    if _on(orbit, state):
+        return Outlook(Future.ON_ORBIT, f"{begin}, on a stable orbit: {describe_rates(orbit.rates)}", orbit)
+    longest = min(LONGEST, MOST_STEPS * time / max(1.0, float(trajectory.dataset.attrs["steps"])))
+    longer = min(longest, max(SHORTEST, -1.0 / orbit.growth)) if orbit.stable else longest
+    (later,) = strobed(scenario, longer, samples=SAMPLES, states=state[None], progress=progress)
+    if later.status is not Status.HORIZON:
+        how = f"taken on, it {ENDS[later.status]} after another {later.end:.0f} s"
+        return Outlook(Future.LEAVES, f"{begin}, but {_what_there_is(orbit)}: {how}", orbit)
+    reached = find_orbit(scenario, near=later.states[-1])
+    if reached.stable and _away(reached, later.states[-1]) < max(ON_ORBIT, _away(reached, state)):
+        text = f"{begin}, coming to the stable orbit at {_place(reached)}: {describe_rates(reached.rates)}"
+        return Outlook(Future.COMING, text, reached)
+    motion = swinging(later.times, later.states[:, 2])
+    text = f"{begin} and for another {later.end:.0f} s, {motion.text}, though {_what_there_is(reached)}"
+    return Outlook(Future.SWINGS if motion.closed else Future.STAYS, text, reached)
+
+
+def _without_end(scenario: Scenario) -> Scenario:
+    """The scenario without the walls that a straight run comes to: what it would do if the tank went on."""
+    if scenario.drive.yaw_rate != 0.0 or not any(scenario.drive.velocity):
+        return scenario
+    workspace = type(scenario.workspace)(floor=scenario.workspace.floor, surface=scenario.workspace.surface)
+    return scenario.model_copy(update={"workspace": workspace})
+
+
+def _at_whole_turn(scenario: Scenario, time: float, state: Floats) -> Floats:
+    """The state (7,) of the lab frame at ``time`` when the magnet next begins a turn, moving frame."""
+    problem, one = Problem([scenario]), np.zeros(1, dtype=np.int64)
+    moving = to_moving(scenario, np.array([time]), state[None])
     phase = np.array([(time * abs(scenario.drive.frequency)) % 1.0])
-    state = to_moving(scenario, np.array([time]), trajectory.final_state[None])
     if 1e-9 < phase[0] < 1.0 - 1e-9:
-        state, _ = problem.advance(one, state, problem.steps(one, state), phase, np.ones(1))
-    orbit = find_orbit(scenario, near=state[0])
-    if not orbit.stable:
-        orbit = find_orbit(scenario)
-    horizon = f"inside for {time:.0f} s"
-    if not orbit.stable:
-        kind = f"only an unstable one ({describe_rates(orbit.rates, 1)})" if orbit.found else f"none ({orbit.status})"
-        return orbit, f"{horizon}, but no stable orbit was found, {kind}: expected to leave"
-    away = float(np.linalg.norm(chart.coordinates(state[0], orbit.state, problem.length[0])))
-    place = "on a stable orbit" if away < ON_ORBIT else f"not yet on the stable orbit at {_place(orbit)}"
-    return orbit, f"{horizon}, {place}: {describe_rates(orbit.rates)}"
+        moving, _ = problem.advance(one, moving, problem.steps(one, moving), phase, np.ones(1))
+    return np.asarray(moving[0])
+
+
+def _away(orbit: Orbit, state: Floats) -> float:
+    length = np.array([orbit.scenario.drive.distance])
+    return float(np.linalg.norm(chart.coordinates(state[None], orbit.state[None], length)))
+
+
+def _on(orbit: Orbit, state: Floats) -> bool:
+    return orbit.stable and _away(orbit, state) < ON_ORBIT
+
+
+def _what_there_is(orbit: Orbit) -> str:
+    if orbit.stable:
+        return f"not within reach of the stable orbit at {_place(orbit)}"
+    if orbit.found:
+        return f"the orbit found from its end is unstable ({describe_rates(orbit.rates, 1)})"
+    return "no orbit was found from its end"
 
 
 def _place(orbit: Orbit) -> str:
