@@ -2,9 +2,9 @@
 
     python benchmarks/orbit_brute_force.py [COUNT]
 
-A run that starts beside a stable orbit must stay by it, one that starts beside an unstable orbit must leave it (where its
-rate is too slow for that within the time: come to be as far from it as the rate says, within a tenth), and two runs on
-either side must part at the Floquet rate. Prints every case, and exits with status 1 if any disagrees.
+A run that starts beside a stable orbit must stay by it, one that starts beside an unstable orbit must leave it (where
+its rate is too slow for that within the time: come to be as far from it as the rate says, within a tenth), and two runs
+on either side must part at the Floquet rate. Prints every case, and exits with status 1 if any disagrees.
 """
 
 import sys
