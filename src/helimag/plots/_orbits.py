@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from helimag.orbits import Basin, BoundaryPoint, Branch, Input, Orbit, SlowFlow, StabilityMap
+from helimag.orbits import Basin, BoundaryCurve, Branch, Input, Orbit, SlowFlow, StabilityMap
 from helimag.plots._style import BLUE, FULL_WIDTH, GREEN, GREY, MM, ORANGE, PALE, VERMILLION, styled
 
 Floats = NDArray[np.float64]
@@ -59,7 +59,7 @@ def _beside(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(np.convolve(mask, [1, 1, 1], mode="same") > 0)
 
 
-def draw_stability(result: StabilityMap, boundary: Sequence[BoundaryPoint] = ()) -> Figure:
+def draw_stability(result: StabilityMap, boundary: Sequence[BoundaryCurve] = ()) -> Figure:
     """Draw where orbits are stable over two inputs: decay time in colour, the located boundary on top.
 
     Returns
