@@ -1,5 +1,6 @@
 """Orbits: what a run repeats turn by turn in the frame of the drive, whether it attracts, and where that ends."""
 
+from helimag.orbits._crossings import CODIMENSION_TWO
 from helimag.orbits._inputs import Input
 from helimag.orbits.attraction import Basin, basin
 from helimag.orbits.averaging import SlowFlow, averaged_paths, averaged_rates, averaging_error, slow_flow
@@ -15,6 +16,7 @@ from helimag.orbits.outlook import Future, Outlook, explain
 from helimag.orbits.robust_inputs import Design, design
 
 __all__ = [
+    "CODIMENSION_TWO",
     "Basin",
     "BoundaryCurve",
     "Branch",

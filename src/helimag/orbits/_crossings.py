@@ -25,6 +25,7 @@ NAMES = {  # of the point where besides this kind another multiplier is at +1, a
     Change.PERIOD_DOUBLING: ("fold-flip", DOUBLE_MINUS_ONE, "flip-Neimark-Sacker"),
     Change.NEIMARK_SACKER: (FOLD_WITH_SWING, "flip-Neimark-Sacker", "double Neimark-Sacker"),
 }
+CODIMENSION_TWO = frozenset(name for names in NAMES.values() for name in names)
 ONE_VECTOR = 1e-8  # second singular value above which a double multiplier has one eigenvector, as generic ones have
 
 

@@ -117,7 +117,7 @@ def _one_way(family: Family, first: Node) -> tuple[list[Node], str]:
         if taken is None:
             return nodes, EDGE
         new, landed, iterations = taken
-        if new is None or (new.tangent @ at.tangent < TURN and step > 100.0 * SHORTEST_STEP):
+        if new is None or (_strays(at, new) and step > 100.0 * SHORTEST_STEP):
             step *= 0.5
             continue
         if nodes and _between(family, at, first, new):
@@ -137,6 +137,12 @@ def _one_way(family: Family, first: Node) -> tuple[list[Node], str]:
         at = new
         step *= 1.5 if iterations <= 3 else 0.7
     return nodes, f"{MOST_POINTS} points, the most that are traced"
+
+
+def _strays(at: Node, new: Node) -> bool:
+    """Whether a step turned too far or was too long to draw."""
+    wide = np.linalg.norm(new.place.shares - at.place.shares) > 1.2 * SPACING
+    return bool(wide or new.tangent @ at.tangent < TURN)
 
 
 def _taken(family: Family, at: Node, step: float) -> tuple[Node | None, bool, int] | None:

@@ -13,7 +13,7 @@ from helimag.orbits._crossings import DOUBLE_ONE, FOLD_WITH_SWING, Crossing, One
 from helimag.orbits._inputs import Input
 from helimag.orbits._newton import Solved
 from helimag.orbits._problem import Floats, Problem
-from helimag.orbits._tracing import FAILED, Node, Place, Trace, advanced, on_curve, trace
+from helimag.orbits._tracing import FAILED, Family, Node, Place, Trace, advanced, on_curve, trace
 from helimag.orbits.branch import Change, Event
 from helimag.orbits.continuation import follow
 from helimag.orbits.find import classify, find_orbit
@@ -22,8 +22,9 @@ from helimag.orbits.orbit import OrbitStatus
 from helimag.scenario import Scenario
 
 SAME_POINT = 4e-3  # of the ranges: an event this near a curve of its kind, with such an orbit, lies on it
-SAME_ORBIT = 0.2  # of the distance and in radians, between orbits of one curve and of a node beside it
+SAME_ORBIT = 0.4  # of the distance and in radians, between orbits of one curve and of a node beside it
 ASIDE = 2e-3  # of arclength, from a codimension-two point to where the curve of the other kind is begun
+ON_LINE = 1e-9  # of the ranges
 UNTRACED = "not traced"
 
 
@@ -162,8 +163,9 @@ def _divides(family: _Orbits, traced: Trace, node: tuple[int, int], axis: int, s
     step = (family.result.values[axis][node[axis] + sense] - grid[axis]) / family.span[axis]
     shares = np.array([point.place.shares for point in traced.nodes])
     aside = shares[:, 1 - axis] - at[1 - axis]
-    for k in np.flatnonzero((aside[:-1] <= 0.0) != (aside[1:] <= 0.0)):
-        part = aside[k] / (aside[k] - aside[k + 1])
+    # a curve that ends on the line, as at the edge of the map, passes too
+    for k in np.flatnonzero((aside[:-1] * aside[1:] <= ON_LINE**2) & (aside[:-1] != aside[1:])):
+        part = np.clip(aside[k] / (aside[k] - aside[k + 1]), 0.0, 1.0)
         along = (1.0 - part) * shares[k, axis] + part * shares[k + 1, axis]
         way = float(along - at[axis]) / step
         if -0.05 <= way <= 1.05 and _alike(family, traced.nodes[k].place, family.result.states[node]):
@@ -210,7 +212,7 @@ def _follow(family: _Orbits, event: Event, traces: list[tuple[Change, Trace]], c
         traces.append((kind, traced))
         curves.append(_curve(family, traced))
         for node, name in zip((traced.nodes[0], traced.nodes[-1]), traced.ends, strict=True):
-            waiting += _others(family, node, name)
+            waiting += others_from(family, node, name)
 
 
 def _crossing(event: Event) -> Crossing | None:
@@ -223,8 +225,8 @@ def _crossing(event: Event) -> Crossing | None:
     return None
 
 
-def _others(family: _Orbits, node: Node, name: str) -> list[Node]:
-    """Where the curve of the other kind may be begun beside a codimension-two point of folds and swings."""
+def others_from(family: Family, node: Node, name: str) -> list[Node]:
+    """Where a curve of the other kind begins beside a codimension-two point of folds and swings."""
     if name not in (DOUBLE_ONE, FOLD_WITH_SWING):
         return []
     if node.crossing.kind is Change.FOLD:
