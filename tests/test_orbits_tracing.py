@@ -34,7 +34,7 @@ class Plain:
         states = place.state + offsets[:, :-2]
         return np.stack(self.map(states.T, inputs[:, 0], inputs[:, 1]), axis=1) - place.state
 
-    def refused(self, place: Place) -> str | None:
+    def refused(self, _place: Place) -> str | None:
         return None
 
 
@@ -94,7 +94,7 @@ def test_swings_close_a_circle() -> None:
     turns = np.unwrap(np.arctan2(b, a))
     assert abs(turns[-1] - turns[0]) == pytest.approx(2.0 * math.pi, abs=1e-6)
     assert np.all(np.diff(turns) * np.sign(turns[-1] - turns[0]) > 0.0)
-    assert all(node.crossing.angle(node.jacobian) == pytest.approx(angle, abs=LIMIT) for node in curve.nodes)
+    assert all(node.crossing.angle == pytest.approx(angle, abs=LIMIT) for node in curve.nodes)
 
 
 def test_flips_follow_a_parabola() -> None:
@@ -108,7 +108,7 @@ def test_flips_follow_a_parabola() -> None:
 
 
 def bogdanov_takens(x: np.ndarray, a: np.ndarray, b: np.ndarray) -> list[np.ndarray]:
-    """Steps of the normal form: folds on 4 a = b^2; swings where x = -epsilon b / (1 + 2 epsilon) is the fixed point."""
+    """Steps of the normal form: folds on 4 a = b^2, swings where x = -epsilon b / (1 + 2 epsilon) is fixed."""
     return [x[0] + EPSILON * x[1], x[1] + EPSILON * (a + b * x[0] + x[0] ** 2 - x[0] * x[1])]
 
 

@@ -45,6 +45,10 @@ class Crossing(Protocol):
     def kind(self) -> Change:
         """Which change of stability it makes."""
 
+    @property
+    def angle(self) -> float:
+        """Argument of the multiplier on the circle, rad."""
+
     def criterion(self, jacobian: Floats) -> Criterion:
         """The test function at a Jacobian (n, n)."""
 
@@ -55,11 +59,8 @@ class Crossing(Protocol):
         """(2,), negative where the curve bounds what is stable: logarithm of the largest other multiplier's size, and
         what is zero where this crossing becomes one of another kind."""
 
-    def named(self, jacobian: Floats, which: int) -> str:
-        """The codimension-two point where the given loss passes zero."""
-
-    def angle(self, jacobian: Floats) -> float:
-        """Argument of the multiplier on the circle, rad."""
+    def named(self, jacobian: Floats) -> str:
+        """The codimension-two point where a loss passes zero."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,10 @@ class OneReal:
     def kind(self) -> Change:
         return Change.FOLD if self.target > 0.0 else Change.PERIOD_DOUBLING
 
+    @property
+    def angle(self) -> float:
+        return 0.0 if self.target > 0.0 else np.pi
+
     def criterion(self, jacobian: Floats) -> Criterion:
         n = len(jacobian)
         shifted = jacobian - self.target * np.eye(n)
@@ -101,13 +106,10 @@ class OneReal:
         others = self._others(jacobian)
         return np.array([_size(others), -np.inf])
 
-    def named(self, jacobian: Floats, which: int) -> str:
+    def named(self, jacobian: Floats) -> str:
         name = _name(self.kind, self._others(jacobian))
         singular = np.linalg.svd(jacobian - self.target * np.eye(len(jacobian)), compute_uv=False)
         return UNNAMED if name in (DOUBLE_ONE, DOUBLE_MINUS_ONE) and singular[-2] < ONE_VECTOR else name
-
-    def angle(self, jacobian: Floats) -> float:
-        return 0.0 if self.target > 0.0 else np.pi
 
     def _others(self, jacobian: Floats) -> Complexes:
         values = np.linalg.eigvals(jacobian).astype(np.complex128)
@@ -137,6 +139,10 @@ class Pair:
     def kind(self) -> Change:
         return Change.NEIMARK_SACKER
 
+    @property
+    def angle(self) -> float:
+        return self.swing.real
+
     def criterion(self, jacobian: Floats) -> Criterion:
         left, right, inner = self._plane(jacobian)
         return Criterion(float(np.log(np.linalg.det(inner))), left @ np.linalg.inv(inner).T, right)
@@ -149,14 +155,10 @@ class Pair:
         others = self._chosen(jacobian)[3]
         return np.array([_size(others), np.trace(inner) ** 2 / 4.0 - np.linalg.det(inner)])
 
-    def named(self, jacobian: Floats, which: int) -> str:
-        if which == 0:
+    def named(self, jacobian: Floats) -> str:
+        if np.argmax(self.losses(jacobian)) == 0:
             return _name(self.kind, self._chosen(jacobian)[3])
         return DOUBLE_ONE if np.trace(self._plane(jacobian)[2]) > 0.0 else DOUBLE_MINUS_ONE
-
-    def angle(self, jacobian: Floats) -> float:
-        inner = self._plane(jacobian)[2]
-        return float(np.arctan2(np.sqrt(max(np.linalg.det(inner) - np.trace(inner) ** 2 / 4.0, 0.0)), np.trace(inner) / 2))
 
     def _chosen(self, jacobian: Floats) -> tuple[float, float, complex, Complexes]:
         """Sum and product of the pair's multipliers, its swing, and the other multipliers."""

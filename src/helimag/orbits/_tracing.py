@@ -205,7 +205,7 @@ def _end(family: Family, at: Node, beyond: Node) -> tuple[Node, str]:
         end = reached(float(brentq(lambda step: reached(step).loss if step else at.loss, 0.0, far, xtol=LOCATED)))
     except (np.linalg.LinAlgError, StopIteration):
         return end, UNNAMED
-    return end, end.crossing.named(end.jacobian, int(np.argmax(end.crossing.losses(end.jacobian))))
+    return end, end.crossing.named(end.jacobian)
 
 
 def _corrected(

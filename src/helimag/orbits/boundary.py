@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from helimag.orbits import _chart as chart
-from helimag.orbits._crossings import DOUBLE_ONE, FOLD_WITH_SWING, Crossing, OneReal, Pair
+from helimag.orbits._crossings import DOUBLE_ONE, FOLD_WITH_SWING, UNNAMED, Crossing, OneReal, Pair
 from helimag.orbits._inputs import Input
 from helimag.orbits._newton import Solved
 from helimag.orbits._problem import Floats, Problem
@@ -73,8 +73,8 @@ def boundary_of(result: StabilityMap, *, progress: Callable[[float], None] | Non
     Returns
     -------
     list of BoundaryCurve
-        In the order found. A change of stability that cannot be followed (a branch point) is a curve of one point. Where
-        orbits end for another reason, such as walls, there is no curve.
+        In the order found. A change of stability that cannot be followed (a branch point) is a curve of one point.
+        Where orbits end for another reason, such as walls, there is no curve.
 
     Notes
     -----
@@ -199,7 +199,7 @@ def _follow(family: _Orbits, event: Event, traces: list[tuple[Change, Trace]], c
     crossing = _crossing(event)
     first = None if crossing is None else on_curve(family, crossing, place)
     if first is None or first.loss >= 0.0:
-        why = UNTRACED if crossing is None else FAILED
+        why = UNTRACED if crossing is None else FAILED if first is None else UNNAMED
         curves.append(_single(family, event, place, why))
         return
     waiting = [first]
@@ -221,7 +221,7 @@ def _crossing(event: Event) -> Crossing | None:
     if event.kind is Change.PERIOD_DOUBLING:
         return OneReal.near(event.orbit.jacobian, -1.0)
     if event.kind is Change.NEIMARK_SACKER:
-        return Pair(abs(float(np.angle(event.orbit.multipliers[0]))))
+        return Pair(event.swing / abs(event.orbit.scenario.drive.frequency))
     return None
 
 
@@ -240,7 +240,9 @@ def others_from(family: Family, node: Node, name: str) -> list[Node]:
     if middle is None:
         return []
     beside = [advanced(family, middle, step) for step in (ASIDE, -ASIDE)]
-    return [each for each in beside if each is not None and each.loss < 0.0 and np.all(abs(each.place.shares - 0.5) < 0.5)]
+    return [
+        each for each in beside if each is not None and each.loss < 0.0 and np.all(abs(each.place.shares - 0.5) < 0.5)
+    ]
 
 
 def _lies_on(family: _Orbits, traced: Trace, place: Place) -> bool:
@@ -258,7 +260,7 @@ def _curve(family: _Orbits, traced: Trace) -> BoundaryCurve:
     shares = np.array([node.place.shares for node in traced.nodes])
     values = family.low + shares * family.span
     periods = [1.0 / abs(family.scenario_at(each).drive.frequency) for each in shares]
-    angles = [node.crossing.angle(node.jacobian) for node in traced.nodes]
+    angles = [node.crossing.angle for node in traced.nodes]
     states = np.array([node.place.state for node in traced.nodes])
     return BoundaryCurve(
         scenario=family.result.scenario,
@@ -275,7 +277,14 @@ def _curve(family: _Orbits, traced: Trace) -> BoundaryCurve:
 def _single(family: _Orbits, event: Event, place: Place, why: str) -> BoundaryCurve:
     """A change of stability that is no curve."""
     first, second = (family.low + place.shares * family.span)[:, None]
-    swing = np.abs(event.orbit.rates[:1].imag)
+    swing = np.array([event.swing])
     return BoundaryCurve(
-        family.result.scenario, family.result.paths, event.kind, first, second, event.orbit.state[None], swing, (why, why)
+        family.result.scenario,
+        family.result.paths,
+        event.kind,
+        first,
+        second,
+        event.orbit.state[None],
+        swing,
+        (why, why),
     )

@@ -58,6 +58,14 @@ class Event:
     orbit: Orbit
     index: int
 
+    @property
+    def swing(self) -> float:
+        """Imaginary part of the rate that crosses zero, 1/s; zero where a real one does."""
+        if self.kind in (Change.FOLD, Change.BRANCH_POINT):
+            return 0.0
+        swings = self.orbit.rates[np.abs(self.orbit.rates.imag) > 0.0]
+        return float(abs(swings[np.argmin(np.abs(swings.real))].imag))
+
 
 @dataclass(frozen=True)
 class Branch:
@@ -88,6 +96,6 @@ class Branch:
         for event in self.events:
             meaning = event.kind.meaning
             if event.kind is Change.NEIMARK_SACKER:
-                meaning += f", of period {2.0 * np.pi / abs(event.orbit.rates[0].imag):.4g} s"
+                meaning += f", of period {2.0 * np.pi / event.swing:.4g} s"
             lines.append(f"{event.kind} at {given.show(scenario, event.value)}: {meaning}")
         return "\n".join(lines)

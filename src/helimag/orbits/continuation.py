@@ -22,6 +22,7 @@ FIRST_STEP = 0.02  # of arclength: shares of the input's range, of the distance,
 LONGEST_STEP = 0.06
 SHORTEST_STEP = 1e-6
 MOST_POINTS = 400
+TURN = 0.98  # least cosine between tangents one step apart, so that a whole branch can be drawn
 LOCATED = 1e-5  # of the input's range: how well a change of stability is located
 CORRECTED = 1e-8
 CORRECTIONS = 6
@@ -166,6 +167,9 @@ def _one_way(
         new, new_share, iterations = found
         changed = new.unstable != at.unstable or new.tangent[6] * at.tangent[6] < 0.0
         if changed and abs(new.unstable - at.unstable) > 1 and not _one_swing(at, new) and step > 64.0 * SHORTEST_STEP:
+            step *= 0.5
+            continue
+        if not while_stable and new.tangent @ at.tangent < TURN and step > 1e-3:
             step *= 0.5
             continue
         if not new.orbit.found:

@@ -38,6 +38,11 @@ COLOURS = {
 }
 NAMES = {"yaw_rate": "yaw rate"}
 GAIN = "gain $\\gamma$"
+EDGE, UNIT = 0.9, 0.6  # widths of a map's contours: around what is bounded, and at a gain of one
+CONTOURS: dict[str, dict[str, Any]] = {
+    "edge of bounded runs": {"color": "black", "linewidth": EDGE},
+    "gain 1": {"color": "black", "linewidth": UNIT, "linestyle": "--"},
+}
 CURVES = 8  # more values of the first axis than this make a map instead of a curve each
 PANEL_HEIGHT = 50.0 * MM
 HIGHEST_GAIN = 2.0  # of the axis: what lies above has left the magnet anyway
@@ -81,8 +86,10 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
                 f"a curve over {missing[0].paths[0]} and {missing[0].paths[1]} belongs to no map of this sweep: the "
                 "sweep must run over both as a map, and be the same in all else that decides an orbit"
             )
+        if looks:
+            looks |= {label: Line2D([], [], label=label, **look) for label, look in CONTOURS.items()}
         handles = [*legend(dataset["verdict"].values), *looks.values()]
-        figure.legend(handles=handles, loc="outside lower center", ncols=7)
+        figure.legend(handles=handles, loc="outside lower center", ncols=4 if looks else 7)
     return figure
 
 
@@ -171,11 +178,11 @@ def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> None:
     axes.pcolormesh(_shown(part, x), _shown(part, y), colours[flags], shading="nearest", alpha=0.55, linewidth=0)
     inside = (flags == Outcome.BOUNDED).astype(float)
     if 0.0 < inside.mean() < 1.0:
-        axes.contour(_shown(part, x), _shown(part, y), inside, levels=[0.5], colors="black", linewidths=0.9)
+        axes.contour(_shown(part, x), _shown(part, y), inside, levels=[0.5], colors="black", linewidths=EDGE)
     gain = part["gain"].transpose(dims[1], dims[0]).values
     if np.nanmin(gain) < 1.0 < np.nanmax(gain):
         axes.contour(
-            _shown(part, x), _shown(part, y), gain, levels=[1.0], colors="black", linewidths=0.6, linestyles="--"
+            _shown(part, x), _shown(part, y), gain, levels=[1.0], colors="black", linewidths=UNIT, linestyles="--"
         )
     axes.set(xlabel=label_of(part, x), ylabel=label_of(part, y))
 
