@@ -2,6 +2,7 @@
 
 from helimag.orbits._crossings import CODIMENSION_TWO
 from helimag.orbits._inputs import Input
+from helimag.orbits.against import Case, Comparison, Why, compare_with_orbits
 from helimag.orbits.attraction import Basin, basin
 from helimag.orbits.averaging import SlowFlow, averaged_paths, averaged_rates, averaging_error, slow_flow
 from helimag.orbits.boundary import BoundaryCurve, boundary_of
@@ -20,7 +21,9 @@ __all__ = [
     "Basin",
     "BoundaryCurve",
     "Branch",
+    "Case",
     "Change",
+    "Comparison",
     "Design",
     "Event",
     "Future",
@@ -33,11 +36,13 @@ __all__ = [
     "Point",
     "SlowFlow",
     "StabilityMap",
+    "Why",
     "averaged_paths",
     "averaged_rates",
     "averaging_error",
     "basin",
     "boundary_of",
+    "compare_with_orbits",
     "design",
     "explain",
     "find_orbit",
