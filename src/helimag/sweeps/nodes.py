@@ -25,6 +25,10 @@ class Nodes:
 
     Attributes
     ----------
+    base
+        What the runs have in common.
+    axes
+        Values of each swept field, SI or text.
     verdicts
         Of the grid's shape, text; empty where a run failed or is missing.
     scenario_at
@@ -33,6 +37,8 @@ class Nodes:
         The swept fields of an index and their values, SI or text.
     """
 
+    base: Scenario
+    axes: dict[str, tuple[float | str, ...]]
     verdicts: NDArray[np.str_]
     scenario_at: Callable[[tuple[int, ...]], Scenario | None]
     values_at: Callable[[tuple[int, ...]], dict[str, float | str]]
@@ -65,4 +71,5 @@ def nodes_of(dataset: "xarray.Dataset") -> Nodes:
 
     names = {int(outcome): label(outcome) if outcome in RUN else "" for outcome in Outcome}
     verdicts = np.vectorize(names.__getitem__, otypes=[str])(flags)
-    return Nodes(verdicts, scenario_at, values_at)
+    axes = {axis.field: axis.values for axis in design.axes}
+    return Nodes(base, axes, verdicts, scenario_at, values_at)
