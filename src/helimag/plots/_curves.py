@@ -57,7 +57,7 @@ def draw_curves(
 def belongs(curve: BoundaryCurve, part: "xarray.Dataset") -> bool:
     """Whether a curve is over the two inputs of a panel of a sweep, and all else that decides an orbit is the same.
 
-    Where a run starts, how long it lasts, and where walls end it decides no orbit.
+    How long a run lasts and where walls end it decides no orbit.
     """
     across = [name for name in axis_names(part) if part[name].ndim]
     if {part[name].attrs["long_name"] for name in across} != set(curve.paths) or len(across) != 2:
@@ -85,9 +85,7 @@ def _scenario_of(part: "xarray.Dataset") -> Scenario:
 
 
 def _decisive(scenario: Scenario) -> dict[str, Any]:
-    data = scenario.model_dump(mode="python", exclude={"name", "provenance", "run", "workspace"})
-    del data["drive"]["start"]
-    return data
+    return scenario.model_dump(mode="python", exclude={"name", "provenance", "run", "workspace"})
 
 
 def _same(a: Any, b: Any) -> bool:
