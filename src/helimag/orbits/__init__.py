@@ -15,6 +15,7 @@ from helimag.orbits.mapping import StabilityMap, stability_map
 from helimag.orbits.orbit import Orbit, OrbitStatus
 from helimag.orbits.outlook import Future, Outlook, explain
 from helimag.orbits.robust_inputs import Design, design
+from helimag.orbits.survey import survey
 
 __all__ = [
     "CODIMENSION_TWO",
@@ -54,4 +55,5 @@ __all__ = [
     "stability_map",
     "stable_interval",
     "stable_segments",
+    "survey",
 ]

@@ -51,22 +51,25 @@ class Spread:
         """Take a state (7,) to the orbit at a node, if it leads to one there."""
         self._attempt([node], state[None])
 
-    def seek(self, node: Node) -> None:
-        """Make a run at a node, and look for the orbit that it leads to."""
+    def seek(self, node: Node, *, thorough: bool = False) -> None:
+        """Make a run at a node, and look for the orbit that it leads to; ``thorough`` searches a grid of starts too."""
         scenario = self.scenario_at(node)
         if scenario is None or self.stable[node]:
             return
-        seed = find_orbit(scenario, thorough=False)
+        seed = find_orbit(scenario, thorough=thorough)
         if seed.stable:
             self.plant(node, seed.state)
 
     def seek_all_over(self) -> None:
-        """Seek at nodes spread over the grid."""
+        """Seek at nodes spread over the grid; where the runs there lead to nothing stable, on grids of starts too."""
         lines = [
             np.unique(np.linspace(0, n - 1, SEEDS_A_SIDE + 2).round().astype(int)[1:-1]).tolist() for n in self.shape
         ]
-        for node in product(*lines):
-            self.seek(node)
+        for thorough in (False, True):
+            for node in product(*lines):
+                self.seek(node, thorough=thorough)
+            if self.stable.any():
+                return
 
     def spread(self, report: Callable[[float], None]) -> None:
         """Go from stable nodes to their neighbours until no more are stable; a node is tried from several of them."""
