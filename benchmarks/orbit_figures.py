@@ -33,10 +33,16 @@ def main() -> None:
     pitches, frequencies = np.radians(np.linspace(4.0, 20.0, 60)), np.linspace(1.5, 4.0, 60)
     stable = stability_map(scenario, ("drive.pitch", pitches), ("drive.frequency", frequencies), seeds=[orbit])
     print(f"stability map of 60 x 60 nodes: {time.perf_counter() - begun:.0f} s, {stable.stable.sum()} stable")
-    coarse = stability_map(
-        scenario, ("drive.pitch", pitches[::4]), ("drive.frequency", frequencies[::4]), seeds=[orbit]
-    )
-    plots.save(plots.draw_stability(stable, boundary_of(coarse)), folder / "stability.png")
+    begun = time.perf_counter()
+    curves = boundary_of(stable)
+    print(f"boundary: {time.perf_counter() - begun:.0f} s")
+    for curve in curves:
+        first, second = np.degrees(curve.first), curve.second
+        print(
+            f"{curve.kind}, {first.size} points, from {first[0]:.3f} deg and {second[0]:.4f} Hz ({curve.ends[0]}) to "
+            f"{first[-1]:.3f} deg and {second[-1]:.4f} Hz ({curve.ends[1]})"
+        )
+    plots.save(plots.draw_stability(stable, curves), folder / "stability.png")
 
     begun = time.perf_counter()
     flow = slow_flow(orbit, low=orbit.position - HALF, high=orbit.position + HALF, shape=FLOW_NODES)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import helimag as hm
-from helimag.orbits import Change, Input, boundary_of, find_orbits, follow, stability_map, stable_interval
+from helimag.orbits import Change, Input, find_orbits, follow, stability_map, stable_interval
 
 
 @pytest.fixture(scope="module")
@@ -73,10 +73,6 @@ def test_map_agrees_with_orbits_found_one_by_one(scenario: hm.Scenario, orbit: h
         assert one.stable
         assert result.growth[i, j] == pytest.approx(one.growth, rel=1e-3)
     assert not result.stable[3, 2:].any()
-    points = boundary_of(result)
-    assert {point.why for point in points} == {"fold"}
-    at_2_5 = next(point for point in points if point.second == pytest.approx(2.5))
-    assert at_2_5.first == pytest.approx(math.radians(15.419), abs=1e-3 * math.radians(9.0))
 
 
 def test_inputs_by_name(scenario: hm.Scenario) -> None:

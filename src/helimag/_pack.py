@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,8 @@ from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
 from helimag.physics.kinematics import Drive, Knot, SampledDrive, rpm_pose, sampled_rpm_pose
+from helimag.scenario import Device, Fluid, Path, Scenario
 from helimag.scenario import Magnet as MagnetModel
-from helimag.scenario import Path, Scenario
 
 Floats = NDArray[np.float64]
 
@@ -50,18 +51,18 @@ def structs(kind: type, rows: list[dict[str, object]]) -> NDArray[np.void]:
 
 def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     """Devices as the kernels take them."""
-    rows = []
-    for scenario in scenarios:
-        force, moment = net_weight(scenario.device, scenario.fluid)
-        rows.append(
-            {
-                "magnetic_moment": scenario.device.magnetic_moment,
-                "net_weight": force,
-                "weight_moment": moment,
-                "mobility": mobility(resistance(scenario.device, scenario.fluid)),
-            }
-        )
-    return structs(Body, rows)
+    return structs(Body, [_body(scenario.device, scenario.fluid) for scenario in scenarios])
+
+
+@lru_cache(maxsize=64)  # batches that differ in their drives alone are packed again and again
+def _body(device: Device, fluid: Fluid) -> dict[str, object]:
+    force, moment = net_weight(device, fluid)
+    return {
+        "magnetic_moment": device.magnetic_moment,
+        "net_weight": force,
+        "weight_moment": moment,
+        "mobility": mobility(resistance(device, fluid)),
+    }
 
 
 def pose_model(scenario: Scenario) -> wp.Function:
@@ -115,6 +116,7 @@ def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     return structs(magnetics.Magnet, rows).reshape(len(scenarios), most)
 
 
+@lru_cache(maxsize=64)
 def multipoles(magnet: MagnetModel) -> Floats:
     """Axial multipole moments of a cylinder magnetised along its axis, by order (A m^(order + 1)).
 
@@ -129,6 +131,7 @@ def multipoles(magnet: MagnetModel) -> Floats:
     powers = distance[:, None] ** np.arange(orders)
     moments = magnet.moment / half * (weights / 2.0) @ (powers * legendre)
     moments[::2] = 0.0
+    moments.flags.writeable = False
     return np.asarray(moments)
 
 

@@ -5,8 +5,6 @@ Bifurcation Theory, 3rd ed., Springer 2004, ch. 4 and 10.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
@@ -15,6 +13,7 @@ from helimag.orbits import _chart as chart
 from helimag.orbits._inputs import Input
 from helimag.orbits._newton import Solved
 from helimag.orbits._problem import Floats, Problem
+from helimag.orbits.branch import Branch, Change, Event, Point
 from helimag.orbits.find import classify, orbits_of
 from helimag.orbits.orbit import Orbit
 from helimag.scenario import Scenario
@@ -23,90 +22,11 @@ FIRST_STEP = 0.02  # of arclength: shares of the input's range, of the distance,
 LONGEST_STEP = 0.06
 SHORTEST_STEP = 1e-6
 MOST_POINTS = 400
+TURN = 0.98  # least cosine between tangents one step apart, so that a whole branch can be drawn
 LOCATED = 1e-5  # of the input's range: how well a change of stability is located
 CORRECTED = 1e-8
 CORRECTIONS = 6
 SLOPE_STRIDE = 1e-5  # of the input's range, for the map's derivative with respect to it
-
-
-class Change(StrEnum):
-    """How stability changes along a branch."""
-
-    FOLD = "fold"
-    NEIMARK_SACKER = "Neimark-Sacker"
-    PERIOD_DOUBLING = "period doubling"
-    BRANCH_POINT = "branch point"
-
-    @property
-    def meaning(self) -> str:
-        """What happens there."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Change.FOLD: "the orbit meets an unstable one and both vanish",
-    Change.NEIMARK_SACKER: "a slow swing begins to grow",
-    Change.PERIOD_DOUBLING: "the orbit begins to repeat only every second turn",
-    Change.BRANCH_POINT: "another orbit passes through",
-}
-
-
-@dataclass(frozen=True)
-class Point:
-    """One orbit of a branch; ``tangent`` (7,) is the direction of travel: chart, then the input over its range."""
-
-    value: float
-    orbit: Orbit
-    tangent: Floats
-
-    @property
-    def unstable(self) -> int:
-        """How many multipliers lie outside the unit circle."""
-        return int(np.count_nonzero(np.abs(self.orbit.multipliers) > 1.0))
-
-
-@dataclass(frozen=True)
-class Event:
-    """A change of stability, located; ``index`` counts the points of the branch before it."""
-
-    kind: Change
-    value: float
-    orbit: Orbit
-    index: int
-
-
-@dataclass(frozen=True)
-class Branch:
-    """Orbits along one input in order of arclength, what happens on the way, and why it ends at either end.
-
-    ``origin`` counts the points before the orbit that was followed.
-    """
-
-    path: str
-    low: float
-    high: float
-    points: list[Point]
-    events: list[Event]
-    ends: tuple[str, str]
-    origin: int
-
-    @property
-    def values(self) -> Floats:
-        """Values of the input (n,), SI."""
-        return np.array([point.value for point in self.points])
-
-    @property
-    def text(self) -> str:
-        """Events and ends in words."""
-        given, scenario = Input(self.path), self.points[0].orbit.scenario
-        begin, end = (given.show(scenario, point.value) for point in (self.points[0], self.points[-1]))
-        lines = [f"from {begin} ({self.ends[0]}) to {end} ({self.ends[1]}), {len(self.points)} orbits"]
-        for event in self.events:
-            meaning = event.kind.meaning
-            if event.kind is Change.NEIMARK_SACKER:
-                meaning += f", of period {2.0 * np.pi / abs(event.orbit.rates[0].imag):.4g} s"
-            lines.append(f"{event.kind} at {given.show(scenario, event.value)}: {meaning}")
-        return "\n".join(lines)
 
 
 class _Curve:
@@ -249,6 +169,9 @@ def _one_way(
         if changed and abs(new.unstable - at.unstable) > 1 and not _one_swing(at, new) and step > 64.0 * SHORTEST_STEP:
             step *= 0.5
             continue
+        if not while_stable and new.tangent @ at.tangent < TURN and step > 1e-3:
+            step *= 0.5
+            continue
         if not new.orbit.found:
             if step > 1e-3:
                 step *= 0.5
@@ -340,58 +263,3 @@ def _named(a: Point, b: Point, at: Point, crossing: int | None) -> Change:
     if abs(rate.imag) > 1e-6:
         return Change.NEIMARK_SACKER
     return Change.FOLD if a.tangent[6] * b.tangent[6] < 0.0 else Change.BRANCH_POINT
-
-
-@dataclass(frozen=True)
-class Interval:
-    """Where an orbit stays stable as one input varies: ends (SI) and what happens at each."""
-
-    path: str
-    scenario: Scenario
-    low: float
-    high: float
-    why_low: str
-    why_high: str
-
-    @property
-    def margin(self) -> float:
-        """From the scenario's own value to the nearer end, SI."""
-        here = Input(self.path).value(self.scenario)
-        return min(here - self.low, self.high - here)
-
-    @property
-    def text(self) -> str:
-        """The interval as a sentence."""
-        given = Input(self.path)
-        low, high = given.show(self.scenario, self.low), given.show(self.scenario, self.high)
-        return f"stable for {given.name} between {low} ({self.why_low}) and {high} ({self.why_high})"
-
-
-def stable_interval(orbit: Orbit, path: str, low: float, high: float) -> Interval:
-    """Follow a stable orbit both ways through an input to where it loses stability, or to the ends of the range.
-
-    Raises
-    ------
-    InputError
-        Where the orbit is not stable, or as for :func:`follow`.
-    """
-    if not orbit.stable:
-        raise InputError(f"an interval of stability needs a stable orbit; this one is not: {orbit.text}")
-    return stable_segments(follow(orbit, path, low, high, while_stable=True))[0]
-
-
-def stable_segments(branch: Branch) -> list[Interval]:
-    """The stable stretches of a branch, in order of arclength."""
-    marks = {event.index: (event.value, str(event.kind)) for event in branch.events}
-    last = len(branch.points)
-    marks.setdefault(0, (branch.points[0].value, branch.ends[0]))
-    marks.setdefault(last, (branch.points[-1].value, branch.ends[1]))
-    scenario = branch.points[branch.origin].orbit.scenario
-    stable = [False, *(point.orbit.stable for point in branch.points), False]
-    begins = [i for i in range(last) if stable[i + 1] and not stable[i]]
-    ends = [i for i in range(1, last + 1) if stable[i] and not stable[i + 1]]
-    result = []
-    for begin, end in zip(begins, ends, strict=True):
-        (low, why_low), (high, why_high) = sorted([marks[begin], marks[end]])
-        result.append(Interval(branch.path, scenario, low, high, why_low, why_high))
-    return result

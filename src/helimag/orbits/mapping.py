@@ -1,4 +1,4 @@
-"""Stability over a grid of two inputs, each orbit found from its neighbours; and the curve where stability ends."""
+"""Stability over a grid of two inputs, each orbit found from its neighbours."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,6 @@ from helimag.orbits._floquet import multipliers_of, rates_of
 from helimag.orbits._inputs import Input
 from helimag.orbits._newton import solve
 from helimag.orbits._problem import Floats, Problem
-from helimag.orbits.continuation import follow
 from helimag.orbits.find import classify, find_orbit
 from helimag.orbits.orbit import Orbit, OrbitStatus
 from helimag.scenario import Scenario
@@ -178,42 +177,3 @@ class _Front:
                 self.states[node] = solved.states[k]
             if lead.real < 0.0:
                 self.fresh.append(node)
-
-
-@dataclass(frozen=True)
-class BoundaryPoint:
-    """A point where stability ends: values of both inputs (SI), and what happens there."""
-
-    first: float
-    second: float
-    why: str
-
-
-def boundary_of(result: StabilityMap, *, progress: Callable[[float], None] | None = None) -> list[BoundaryPoint]:
-    """The exact boundary of a stability map: from the last stable node of each line to where the orbit loses stability.
-
-    Lines run along the first input, at each value of the second. A point is located to 1e-3 of a grid step or better.
-    """
-    points = []
-    stable = result.stable
-    values, lines = result.values
-    spread = max(8, values.size // 4)
-    for j in range(lines.size):
-        column = stable[:, j]
-        for i in range(values.size - 1):
-            if column[i] == column[i + 1]:
-                continue
-            inside, sense = (i, 1) if column[i] else (i + 1, -1)
-            far = int(np.clip(inside + sense * spread, 0, values.size - 1))
-            low, high = sorted((float(values[inside]), float(values[far])))
-            orbit = find_orbit(result.scenario_at(inside, j), near=result.states[inside, j])
-            if not orbit.stable:
-                continue
-            branch = follow(orbit, result.paths[0], low, high, while_stable=True)
-            end = branch.ends[1 if sense > 0 else 0]
-            value = next((event.value for event in branch.events if event.kind == end), None)
-            last = branch.points[-1 if sense > 0 else 0].value
-            points.append(BoundaryPoint(last if value is None else value, float(lines[j]), end))
-        if progress is not None:
-            progress((j + 1) / lines.size)
-    return points

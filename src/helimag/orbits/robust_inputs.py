@@ -12,8 +12,8 @@ from helimag.gain import Verdict
 from helimag.orbits import _chart as chart
 from helimag.orbits._inputs import Input
 from helimag.orbits._problem import Floats
-from helimag.orbits.continuation import Interval, stable_interval
 from helimag.orbits.find import find_orbit, find_orbits
+from helimag.orbits.intervals import Interval, stable_interval
 from helimag.orbits.orbit import Orbit
 from helimag.scenario import Scenario
 from helimag.simulation import advance

@@ -1,19 +1,27 @@
 """Figures of orbits: a branch over one input, stability over two, the slow flow, and a basin of attraction."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from helimag.orbits import Basin, BoundaryPoint, Branch, Input, Orbit, SlowFlow, StabilityMap
+from helimag.errors import InputError
+from helimag.orbits import Basin, BoundaryCurve, Branch, Input, Orbit, SlowFlow, StabilityMap
+from helimag.plots._curves import draw_curves
 from helimag.plots._style import BLUE, FULL_WIDTH, GREEN, GREY, MM, ORANGE, PALE, VERMILLION, styled
 
 Floats = NDArray[np.float64]
 
 MARKS = {"fold": "s", "Neimark-Sacker": "o", "period doubling": "^", "branch point": "D"}
+WORDS = {True: "stable", False: "unstable"}
+HEIGHTS: dict[str, Callable[[Orbit], float]] = {
+    "mean height (mm)": lambda orbit: 1e3 * float(orbit.mean_position[2]),
+    "leading rate (1/s)": lambda orbit: orbit.growth,
+}
 FIELDS = 2.0  # streamlines, in matplotlib's measure of density
 
 
@@ -30,61 +38,78 @@ def draw_branch(branch: Branch) -> Figure:
         180 mm wide; heights in mm, rates in 1/s.
     """
     given, scenario = Input(branch.path), branch.points[0].orbit.scenario
-    values = np.array([given.shown(scenario, point.value)[0] for point in branch.points])
     unit = given.shown(scenario, branch.points[0].value)[1]
-    rows = [
-        ("mean height (mm)", np.array([1e3 * point.orbit.mean_position[2] for point in branch.points])),
-        ("leading rate (1/s)", np.array([point.orbit.growth for point in branch.points])),
-    ]
-    stable = np.array([point.orbit.stable for point in branch.points])
+    looks: dict[bool, Any] = {True: {"color": BLUE}, False: {"color": VERMILLION, "linestyle": "--"}}
     with styled():
         figure = Figure(figsize=(FULL_WIDTH, 70.0 * MM), layout="constrained")
         axes = figure.subplots(1, 2)
-        for axis, (label, heights) in zip(axes, rows, strict=True):
-            axis.plot(values, np.where(stable | _beside(stable), heights, np.nan), color=BLUE, label="stable")
-            axis.plot(values, np.where(stable, np.nan, heights), color=VERMILLION, linestyle="--", label="unstable")
+        for axis, (label, height) in zip(axes, HEIGHTS.items(), strict=True):
+            for stable, stretch in _stretches(branch):
+                values = [given.shown(scenario, value)[0] for value, _ in stretch]
+                axis.plot(values, [height(orbit) for _, orbit in stretch], label=WORDS[stable], **looks[stable])
+            for event in branch.events:
+                at = given.shown(scenario, event.value)[0]
+                axis.plot(at, height(event.orbit), MARKS[event.kind], color=ORANGE, label=str(event.kind), markersize=4)
             axis.set_xlabel(_axis_name(given, unit))
             axis.set_ylabel(label)
         axes[1].axhline(0.0, color=GREY, linewidth=0.5)
-        for event in branch.events:
-            at = given.shown(scenario, event.value)[0]
-            for axis, height in zip(axes, (1e3 * event.orbit.mean_position[2], event.orbit.growth), strict=True):
-                axis.plot(at, height, MARKS[event.kind], color=ORANGE, label=str(event.kind), markersize=4)
-        axes[0].legend()
+        lines, labels = axes[0].get_legend_handles_labels()
+        once = dict(zip(labels, lines, strict=True))
+        axes[0].legend(once.values(), once.keys())
     return figure
 
 
-def _beside(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Neighbours of what is marked, so that lines of two kinds meet."""
-    return np.asarray(np.convolve(mask, [1, 1, 1], mode="same") > 0)
+def _stretches(branch: Branch) -> list[tuple[bool, list[tuple[float, Orbit]]]]:
+    """Values and orbits from one event to the next, both included; and whether the orbits between are stable."""
+    begun: list[tuple[float, Orbit]] = []
+    result, stable = [], False
+    for index in range(len(branch.points) + 1):
+        for event in (event for event in branch.events if event.index == index):
+            result.append((stable, [*begun, (event.value, event.orbit)]))
+            begun, stable = [(event.value, event.orbit)], False
+        if index < len(branch.points):
+            point = branch.points[index]
+            stable = point.orbit.stable
+            begun.append((point.value, point.orbit))
+    return [each for each in [*result, (stable, begun)] if len(each[1]) > 1]
 
 
-def draw_stability(result: StabilityMap, boundary: Sequence[BoundaryPoint] = ()) -> Figure:
-    """Draw where orbits are stable over two inputs: decay time in colour, the located boundary on top.
+def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -> Figure:
+    """Draw where orbits are stable over two inputs: decay time in colour, and the curves where stability ends as lines.
+
+    Parameters
+    ----------
+    curves
+        As :func:`helimag.orbits.boundary_of` gives them, over the map's inputs.
 
     Returns
     -------
     matplotlib.figure.Figure
         120 mm wide.
+
+    Raises
+    ------
+    InputError
+        Where curves are over other inputs.
     """
     inputs = Input(result.paths[0]), Input(result.paths[1])
+    if any(curve.paths != result.paths for curve in curves):
+        raise InputError(f"curves must be over the map's inputs, {result.paths[0]} and {result.paths[1]}")
     scales = [_scale(given, result) for given in inputs]
     first, second = (values * scale for values, (scale, _) in zip(result.values, scales, strict=True))
     decay = np.where(result.stable, -1.0 / np.where(result.stable, result.growth, -1.0), np.nan)
     with styled():
-        figure = Figure(figsize=(120.0 * MM, 90.0 * MM), layout="constrained")
+        figure = Figure(figsize=(120.0 * MM, 95.0 * MM), layout="constrained")
         axis = figure.subplots()
-        image = axis.pcolormesh(first, second, np.log10(decay).T, cmap="viridis", shading="nearest")
-        figure.colorbar(image, ax=axis, label="log10 of the longest decay time (s)")
-        for why in dict.fromkeys(point.why for point in boundary):
-            places = [(p.first * scales[0][0], p.second * scales[1][0]) for p in boundary if p.why == why]
-            axis.plot(*np.array(places).T, MARKS.get(why, "x"), color=ORANGE, markersize=2.5, label=why)
+        image = axis.pcolormesh(first, second, decay.T, cmap="viridis", shading="nearest", norm=LogNorm())
+        figure.colorbar(image, ax=axis, label="longest decay time (s)")
+        looks = draw_curves(axis, curves, scales=(scales[0][0], scales[1][0]))
         axis.set_xlim(first[0], first[-1])
         axis.set_ylim(second[0], second[-1])
         axis.set_xlabel(_axis_name(inputs[0], scales[0][1]))
         axis.set_ylabel(_axis_name(inputs[1], scales[1][1]))
-        if boundary:
-            axis.legend(loc="upper right", frameon=True)
+        if looks:
+            figure.legend(handles=looks, loc="outside lower center", ncols=4)
     return figure
 
 

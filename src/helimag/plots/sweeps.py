@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 from helimag import quantities as q
 from helimag.errors import InputError, MissingExtra
 from helimag.files import replacing
+from helimag.plots._curves import belongs, draw_curves
 from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, PURPLE, SKY, TIME_COLOURS, VERMILLION, styled
 from helimag.sweeps import Outcome, axis_names, boundary_line, parse_plan
 
 if TYPE_CHECKING:
     import xarray
+
+    from helimag.orbits import BoundaryCurve
 
 Floats = NDArray[np.float64]
 
@@ -35,23 +38,31 @@ COLOURS = {
 }
 NAMES = {"yaw_rate": "yaw rate"}
 GAIN = "gain $\\gamma$"
+EDGE, UNIT = 0.9, 0.6  # widths of a map's contours: around what is bounded, and at a gain of one
+CONTOURS: dict[str, dict[str, Any]] = {
+    "edge of bounded runs": {"color": "black", "linewidth": EDGE},
+    "gain 1": {"color": "black", "linewidth": UNIT, "linestyle": "--"},
+}
 CURVES = 8  # more values of the first axis than this make a map instead of a curve each
 PANEL_HEIGHT = 50.0 * MM
 HIGHEST_GAIN = 2.0  # of the axis: what lies above has left the magnet anyway
 
 
-def draw_sweep(dataset: "xarray.Dataset") -> Figure:
+def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] = ()) -> Figure:
     """Draw a sweep: one axis as a curve, two as curves or a map, more as one small panel for each value of the others.
 
     Parameters
     ----------
     dataset
         As :func:`helimag.sweep` gives it.
+    curves
+        Where orbits lose stability, as :func:`helimag.orbits.boundary_of` gives them: drawn over the panels of the same
+        two inputs, either way round, whose other inputs are the same.
 
     Raises
     ------
     InputError
-        Where no run has been computed.
+        Where no run has been computed, or a curve belongs to none of the panels.
     """
     if not np.any(dataset["verdict"].values):
         raise InputError("there is nothing to draw: no run of this sweep has been computed")
@@ -60,12 +71,39 @@ def draw_sweep(dataset: "xarray.Dataset") -> Figure:
     rows = -(-len(panels) // columns)
     with styled():
         figure = Figure(figsize=(FULL_WIDTH * max(columns, 2) / 3, PANEL_HEIGHT * rows + 12 * MM), layout="constrained")
+        looks: dict[str, Line2D] = {}
+        missing = list(curves)
         for place, (title, part) in enumerate(panels):
             axes = figure.add_subplot(rows, columns, place + 1)
             axes.set_title(title)
             _draw_panel(axes, part)
-        figure.legend(handles=legend(dataset["verdict"].values), loc="outside lower center", ncols=7)
+            if _is_plane(part):
+                here = [curve for curve in curves if belongs(curve, part)]
+                missing = [curve for curve in missing if not any(curve is each for each in here)]
+                looks |= {str(look.get_label()): look for look in _lay_over(axes, part, here)}
+        if missing:
+            raise InputError(
+                f"a curve over {missing[0].paths[0]} and {missing[0].paths[1]} belongs to no map of this sweep: the "
+                "sweep must run over both as a map, and be the same in all else that decides an orbit"
+            )
+        if looks:
+            looks |= {label: Line2D([], [], label=label, **look) for label, look in CONTOURS.items()}
+        handles = [*legend(dataset["verdict"].values), *looks.values()]
+        figure.legend(handles=handles, loc="outside lower center", ncols=4 if looks else 7)
     return figure
+
+
+def _lay_over(axes: Axes, part: "xarray.Dataset", curves: Sequence["BoundaryCurve"]) -> list[Line2D]:
+    """Curves over a map of the same inputs, which keeps its extent; a line of each look."""
+    if not curves:
+        return []
+    fields = {part[name].attrs["long_name"]: name for name in axis_names(part) if part[name].ndim}
+    first, second = (1.0 / _scale(part, fields[path]) for path in curves[0].paths)
+    swapped = axes.get_xlabel() != label_of(part, fields[curves[0].paths[0]])
+    limits = axes.get_xlim(), axes.get_ylim()
+    looks = draw_curves(axes, curves, scales=(first, second), swapped=swapped)
+    axes.set(xlim=limits[0], ylim=limits[1])
+    return looks
 
 
 def _panels(dataset: "xarray.Dataset") -> Iterator[tuple[str, "xarray.Dataset"]]:
@@ -95,6 +133,12 @@ def _draw_panel(axes: Axes, part: "xarray.Dataset") -> None:
         axes.legend()
     else:
         _draw_map(axes, part, _along(part, dims[0]), _along(part, dims[1]))
+
+
+def _is_plane(part: "xarray.Dataset") -> bool:
+    """Whether a panel is drawn over two inputs, as points or as a map."""
+    dims = part["verdict"].dims
+    return dims == ("point",) or (len(dims) == 2 and part.sizes[dims[0]] > CURVES)
 
 
 def _along(part: "xarray.Dataset", dim: str) -> str:
@@ -134,11 +178,11 @@ def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> None:
     axes.pcolormesh(_shown(part, x), _shown(part, y), colours[flags], shading="nearest", alpha=0.55, linewidth=0)
     inside = (flags == Outcome.BOUNDED).astype(float)
     if 0.0 < inside.mean() < 1.0:
-        axes.contour(_shown(part, x), _shown(part, y), inside, levels=[0.5], colors="black", linewidths=0.9)
+        axes.contour(_shown(part, x), _shown(part, y), inside, levels=[0.5], colors="black", linewidths=EDGE)
     gain = part["gain"].transpose(dims[1], dims[0]).values
     if np.nanmin(gain) < 1.0 < np.nanmax(gain):
         axes.contour(
-            _shown(part, x), _shown(part, y), gain, levels=[1.0], colors="black", linewidths=0.6, linestyles="--"
+            _shown(part, x), _shown(part, y), gain, levels=[1.0], colors="black", linewidths=UNIT, linestyles="--"
         )
     axes.set(xlabel=label_of(part, x), ylabel=label_of(part, y))
 
