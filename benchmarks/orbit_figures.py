@@ -33,11 +33,8 @@ def main() -> None:
     pitches, frequencies = np.radians(np.linspace(4.0, 20.0, 60)), np.linspace(1.5, 4.0, 60)
     stable = stability_map(scenario, ("drive.pitch", pitches), ("drive.frequency", frequencies), seeds=[orbit])
     print(f"stability map of 60 x 60 nodes: {time.perf_counter() - begun:.0f} s, {stable.stable.sum()} stable")
-    coarse = stability_map(
-        scenario, ("drive.pitch", pitches[::4]), ("drive.frequency", frequencies[::4]), seeds=[orbit]
-    )
     begun = time.perf_counter()
-    curves = boundary_of(coarse)
+    curves = boundary_of(stable)
     print(f"boundary: {time.perf_counter() - begun:.0f} s")
     for curve in curves:
         first, second = np.degrees(curve.first), curve.second

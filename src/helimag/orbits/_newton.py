@@ -74,7 +74,13 @@ def solve(problem: Problem, which: Ints, states: Floats, *, iterations: int = 25
 
 def _relaxed(problem: Problem, which: Ints, states: Floats, held: bool) -> Floats:
     """States a turn later, where the head is free: a guess of the roll misleads the search, and is gone by then."""
-    return states.copy() if held else problem.map(which, states)[0]
+    if held:
+        return states.copy()
+    later, _ = problem.map(which, states)
+    # a whole turn of the body changes the quaternion's sign, which means nothing
+    sense = np.where(np.sum(later[:, 3:] * states[:, 3:], axis=1) < 0.0, -1.0, 1.0)
+    later[:, 3:] *= sense[:, None]
+    return later
 
 
 def _norm(value: Floats, held: bool) -> Floats:
