@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from helimag.scenario import Scenario
 
 
-app = App(name="orbit", help="Decide what happens for all future time: orbits, their stability and what is around.")
+app = App(name="orbit")
 app.command(orbit_grids.map_, name="map")
 app.command(orbit_grids.flow)
 app.command(orbit_grids.basin)
