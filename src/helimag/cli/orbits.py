@@ -1,19 +1,24 @@
-"""Commands about orbits: orbit, design."""
+"""Commands about orbits: orbit with map, flow and basin beside it, and design."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 
+from helimag.cli import orbit_grids
 from helimag.cli._shared import (
     Changes,
     Json,
+    Outputs,
     ScenarioName,
+    check_outputs,
     check_target,
     degrees,
+    input_range,
     print_json,
     progress_bar,
     scenario_from,
+    write_outputs,
 )
 from helimag.errors import InputError
 
@@ -22,6 +27,13 @@ if TYPE_CHECKING:
     from helimag.scenario import Scenario
 
 
+app = App(name="orbit")
+app.command(orbit_grids.map_, name="map")
+app.command(orbit_grids.flow)
+app.command(orbit_grids.basin)
+
+
+@app.default
 def orbit(
     scenario: ScenarioName,
     *,
@@ -30,7 +42,7 @@ def orbit(
     vary: str | None = None,
     start: Annotated[str | None, Parameter(name="--from")] = None,
     stop: Annotated[str | None, Parameter(name="--to")] = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Outputs = None,
     json: Json = False,
 ) -> None:
     """Find the orbit that a run settles on, whether it is stable, and over which inputs.
@@ -45,13 +57,10 @@ def orbit(
         Lowest value of that input, such as "8 deg".
     stop
         Highest value.
-    output
-        Draw the orbits along that input into this figure: .png, .svg or .pdf.
     """
-    if output is not None:
-        if vary is None:
-            raise InputError("--output draws orbits along an input: name it with --vary")
-        check_target(output)
+    if output and vary is None:
+        raise InputError("--output draws orbits along an input: name it with --vary")
+    check_outputs(output)
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
@@ -74,10 +83,7 @@ def orbit(
     low, high = given.read(chosen, start), given.read(chosen, stop)
     with progress_bar(f"following the orbit through {vary}") as progress:
         branch = orbits.follow(result, vary, low, high, progress=progress)
-    if output is not None:
-        from helimag import plots
-
-        plots.save(plots.draw_branch(branch), output)
+    write_outputs(output, lambda plots: plots.draw_branch(branch), lambda: orbits.branch_dataset(branch))
     _print_branch(result, branch, json)
 
 
@@ -119,7 +125,7 @@ def design(
     from helimag.files import replacing
 
     chosen = scenario_from(scenario, changes)
-    limits = dict(_limit(chosen, text) for text in limit) if limit else None
+    limits = dict(input_range("--limit", chosen, text) for text in limit) if limit else None
     with progress_bar(f"designing {chosen.name}") as progress:
         result = orbits.design(
             chosen,
@@ -151,18 +157,6 @@ def design(
         {"inputs": inputs, "runs": verdicts, "runs_duration_s": result.duration, "on_orbit": result.on_orbit}
         | {"orbit": _report(result.orbit)}
     )
-
-
-def _limit(scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
-    """One --limit as path and range."""
-    from helimag.orbits import Input
-
-    path, equals, span = text.partition("=")
-    low, dots, high = span.partition("..")
-    if not (equals and dots):
-        raise InputError(f'--limit must be an input and a range such as drive.pitch="5 deg..15 deg"; got {text!r}')
-    given = Input(path.strip())
-    return given.path, (given.read(scenario, low.strip()), given.read(scenario, high.strip()))
 
 
 def _report(orbit: "Orbit") -> dict[str, Any]:

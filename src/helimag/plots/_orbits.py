@@ -1,18 +1,17 @@
-"""Figures of orbits: a branch over one input, stability over two, the slow flow, and a basin of attraction."""
+"""Figures of orbits: a branch over one input, and stability over two."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.orbits import Basin, BoundaryCurve, Branch, Input, Orbit, SlowFlow, StabilityMap
+from helimag.orbits import BoundaryCurve, Branch, Input, Orbit, StabilityMap
 from helimag.plots._curves import draw_curves
-from helimag.plots._style import BLUE, FULL_WIDTH, GREEN, GREY, MM, ORANGE, PALE, VERMILLION, styled
+from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, VERMILLION, styled
 
 Floats = NDArray[np.float64]
 
@@ -22,7 +21,6 @@ HEIGHTS: dict[str, Callable[[Orbit], float]] = {
     "mean height (mm)": lambda orbit: 1e3 * float(orbit.mean_position[2]),
     "leading rate (1/s)": lambda orbit: orbit.growth,
 }
-FIELDS = 2.0  # streamlines, in matplotlib's measure of density
 
 
 def _axis_name(given: Input, unit: str) -> str:
@@ -116,52 +114,3 @@ def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -
 def _scale(given: Input, result: StabilityMap) -> tuple[float, str]:
     number, unit = given.shown(result.scenario, 1.0)
     return number, unit
-
-
-def draw_flow(flow: SlowFlow, orbit: Orbit, captured: Basin | None = None) -> Figure:
-    """Draw the slow flow through an orbit: streamlines in the plane at its height and in two upright planes.
-
-    Parameters
-    ----------
-    captured
-        A basin on any grid, whose starts near each plane are marked: those that come to the orbit full, others open.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        180 mm wide; mm, moving frame. Streamlines show the part of the flow within the plane.
-    """
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 66.0 * MM), layout="constrained")
-        for axis, (i, j) in zip(figure.subplots(1, 3), ((0, 1), (0, 2), (1, 2)), strict=True):
-            _plane(axis, flow, orbit, i, j)
-            if captured is not None:
-                _starts(axis, captured, orbit, i, j)
-    return figure
-
-
-def _plane(axis: Axes, flow: SlowFlow, orbit: Orbit, i: int, j: int) -> None:
-    across, up = flow.axes[i], flow.axes[j]
-    a, b = np.meshgrid(np.linspace(across[0], across[-1], 41), np.linspace(up[0], up[-1], 41))
-    places = np.repeat(orbit.position[None], a.size, axis=0)
-    places[:, i], places[:, j] = a.ravel(), b.ravel()
-    velocity = 1e3 * flow.at(places)
-    speed = np.linalg.norm(velocity, axis=1).reshape(a.shape)
-    lines: dict[str, Any] = {"color": GREY, "density": FIELDS * 0.5, "linewidth": 0.5, "arrowsize": 0.5}
-    image = axis.pcolormesh(1e3 * a, 1e3 * b, speed, cmap="Blues", shading="nearest", rasterized=True)
-    axis.figure.colorbar(image, ax=axis, label="speed (mm/s)", orientation="horizontal")
-    axis.streamplot(1e3 * a, 1e3 * b, velocity[:, i].reshape(a.shape), velocity[:, j].reshape(a.shape), **lines)
-    axis.plot(1e3 * orbit.position[i], 1e3 * orbit.position[j], "o", color=VERMILLION, markersize=4)
-    axis.set_xlabel(f"{'xyz'[i]} (mm)")
-    axis.set_ylabel(f"{'xyz'[j]} (mm)")
-    axis.set_aspect("equal")
-
-
-def _starts(axis: Axes, captured: Basin, orbit: Orbit, i: int, j: int) -> None:
-    k = 3 - i - j
-    levels = np.unique(captured.places[:, k])
-    near = captured.places[:, k] == levels[np.argmin(np.abs(levels - orbit.position[k]))]
-    for mask, face in ((near & captured.captured, GREEN), (near & ~captured.captured, "none")):
-        edge = GREEN if face == GREEN else PALE
-        x, y = 1e3 * captured.places[mask][:, [i, j]].T
-        axis.scatter(x, y, s=6, facecolors=face, edgecolors=edge, linewidths=0.5)
