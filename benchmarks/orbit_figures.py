@@ -35,7 +35,7 @@ def main() -> None:
     orbit = hm.find_orbit(scenario)
 
     branch = follow(orbit, "drive.pitch", math.radians(4.0), math.radians(20.0))
-    plots.save(plots.draw_branch(branch), folder / "branch.png")
+    plots.save(plots.draw_branches([branch]), folder / "branch.png")
     print(branch.text)
 
     begun = time.perf_counter()

@@ -96,9 +96,9 @@ def test_orbit_alone_still_works_and_writes_data(run, tmp_path):
     assert status == 0
     report, data = json.loads(out), read(target)
     assert (tmp_path / "branch.svg").stat().st_size > 0
-    assert data.drive_pitch.values.tolist() == [point["value"] for point in report["branch"]]
-    assert data.position.values.tolist() == [point["position_m"] for point in report["branch"]]
-    assert data.stable.values.tolist() == [point["stable"] for point in report["branch"]]
+    assert data.drive_pitch.values.tolist() == [point["value"] for point in report["branches"][0]["points"]]
+    assert data.position.values.tolist() == [point["position_m"] for point in report["branches"][0]["points"]]
+    assert data.stable.values.tolist() == [point["stable"] for point in report["branches"][0]["points"]]
     assert data.change_drive_pitch.values.tolist() == [change["value"] for change in report["changes"]]
     assert data.change_kind.attrs["flag_meanings"] == "fold"
     assert data.drive_pitch.attrs["units"] == "rad"

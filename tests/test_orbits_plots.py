@@ -43,7 +43,7 @@ def a_curve(scenario: hm.Scenario, **changes: object) -> BoundaryCurve:
 def test_lines_of_a_branch_end_at_its_events(branch: Branch) -> None:
     (fold,) = branch.events
     for axes, height in zip(
-        plots.draw_branch(branch).axes, (1e3 * fold.orbit.mean_position[2], fold.orbit.growth), strict=True
+        plots.draw_branches([branch]).axes, (1e3 * fold.orbit.mean_position[2], fold.orbit.growth), strict=True
     ):
         stable, unstable = (
             next(line for line in axes.lines if line.get_label() == label) for label in ("stable", "unstable")
@@ -59,7 +59,7 @@ def test_lines_of_a_branch_end_at_its_events(branch: Branch) -> None:
 def test_a_branch_followed_while_stable_is_drawn_stable_alone(branch: Branch) -> None:
     orbit = branch.points[branch.origin].orbit
     short = follow(orbit, "drive.pitch", math.radians(12.0), math.radians(17.0), while_stable=True)
-    axes = plots.draw_branch(short).axes[0]
+    axes = plots.draw_branches([short]).axes[0]
     labels = [line.get_label() for line in axes.lines]
     assert labels == ["stable", "fold"]
     assert np.max(axes.lines[0].get_xdata()) == pytest.approx(math.degrees(short.events[0].value))

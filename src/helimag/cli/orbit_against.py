@@ -1,8 +1,10 @@
 """The command orbit against: verdicts of a sweep beside the orbits of its inputs."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from helimag.cli._orbit_reports import files_report, print_files
 from helimag.cli._shared import Json, Outputs, check_outputs, print_json, progress_bar, write_outputs
 from helimag.errors import InputError
 
@@ -34,18 +36,17 @@ def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
         write_outputs(
             output,
             lambda plots: plots.draw_sweep(dataset, curves=curves),
-            lambda: orbits.comparison_dataset(result, dataset),
+            lambda: orbits.comparison_dataset(result, base, nodes.axes),
         )
     if json:
-        print_json(_report(nodes, result))
+        print_json(_report(nodes, result) | files_report(output))
         return
     print(f"{store.name}: {result.text}")
     for case in result.cases:
         place = ", ".join(_shown(base, field, value) for field, value in nodes.values_at(case.node).items())
         edge = "" if result.away[case.node] else " (beside the boundary)"
         print(f"  {place}{edge}: {case.text}")
-    for path in output or []:
-        print(f"  written to {path}")
+    print_files(output)
 
 
 def _boundary(nodes: "Nodes", result: "Comparison") -> "list[BoundaryCurve]":
@@ -94,7 +95,11 @@ def _report(nodes: "Nodes", result: "Comparison") -> dict[str, Any]:
         "nodes": result.verdicts.size,
         "away_from_boundary": int(result.away.sum()),
         "decided": int(result.decided.sum()),
-        "agreement": result.share(),
-        "agreement_beside_orbit": result.share(beside=True),
+        "agreement": _number(result.share()),
+        "agreement_beside_orbit": _number(result.share(beside=True)),
         "cases": [case(one) for one in result.cases],
     }
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else value

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from helimag.cli import orbit_grids
+from helimag.cli import orbit_against, orbit_grids
+from helimag.cli._orbit_reports import files_report, print_files
 from helimag.cli._shared import (
     Changes,
     Json,
@@ -23,6 +24,8 @@ from helimag.cli._shared import (
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from helimag.orbits import Branch, Orbit
     from helimag.scenario import Scenario
 
@@ -31,6 +34,7 @@ app = App(name="orbit")
 app.command(orbit_grids.map_, name="map")
 app.command(orbit_grids.flow)
 app.command(orbit_grids.basin)
+app.command(orbit_against.against)
 
 
 @app.default
@@ -52,7 +56,7 @@ def orbit(
     every
         List all orbits that a grid of starts around the magnet leads to.
     vary
-        Follow the orbit through this input, such as drive.pitch.
+        Follow orbits through this input, such as drive.pitch: the scenario's own, and all that are stable in the range.
     start
         Lowest value of that input, such as "8 deg".
     stop
@@ -81,10 +85,28 @@ def orbit(
         return
     given = orbits.Input(vary)
     low, high = given.read(chosen, start), given.read(chosen, stop)
-    with progress_bar(f"following the orbit through {vary}") as progress:
-        branch = orbits.follow(result, vary, low, high, progress=progress)
-    write_outputs(output, lambda plots: plots.draw_branch(branch), lambda: orbits.branch_dataset(branch))
-    _print_branch(result, branch, json)
+    with progress_bar(f"following orbits through {vary}") as progress:
+        branches = _branches(result, vary, low, high, progress)
+    if branches:
+        write_outputs(output, lambda plots: plots.draw_branches(branches), lambda: orbits.branches_dataset(branches))
+    _print_branches(result, vary, branches, output, json)
+
+
+def _branches(
+    orbit: "Orbit", path: str, low: float, high: float, progress: "Callable[[float], None]"
+) -> "list[Branch]":
+    """The branch of the scenario's own orbit, and all others that are stable somewhere in the range."""
+    from helimag import orbits
+
+    given = orbits.Input(path)
+    if not low < high:
+        show = (given.show(orbit.scenario, value) for value in (low, high))
+        raise InputError("--from must be below --to; got {} and {}".format(*show))
+    own = []
+    if orbit.found and low <= given.value(orbit.scenario) <= high:
+        own = [orbits.follow(orbit, path, low, high, progress=lambda done: progress(0.3 * done))]
+    stable = orbits.survey(orbit.scenario, path, low, high, known=own, progress=lambda done: progress(0.3 + 0.7 * done))
+    return own + [branch for branch in stable if branch not in own]
 
 
 def design(
@@ -205,34 +227,42 @@ def _print_all(scenario: "Scenario", found: "list[Orbit]", json: bool) -> None:
         print(f"  {orbit.text}")
 
 
-def _print_branch(orbit: "Orbit", branch: "Branch", json: bool) -> None:
+def _print_branches(orbit: "Orbit", path: str, branches: "list[Branch]", output: list[Path] | None, json: bool) -> None:
     from helimag import orbits
 
-    segments = orbits.stable_segments(branch)
+    segments = [segment for branch in branches for segment in orbits.stable_segments(branch)]
     if json:
+        intervals = [{"low": s.low, "high": s.high, "why_low": s.why_low, "why_high": s.why_high} for s in segments]
         print_json(
             {
-                "input": branch.path,
-                "stable_intervals": [
-                    {"low": s.low, "high": s.high, "why_low": s.why_low, "why_high": s.why_high} for s in segments
-                ],
-                "changes": [{"kind": str(event.kind), "value": event.value} for event in branch.events],
-                "ends": list(branch.ends),
-                "branch": [
-                    {
-                        "value": point.value,
-                        "position_m": point.orbit.position.tolist(),
-                        "stable": point.orbit.stable,
-                        "leading_rate_per_s": [point.orbit.rates[0].real, point.orbit.rates[0].imag],
-                    }
-                    for point in branch.points
-                ],
+                "input": path,
+                "stable_intervals": intervals,
+                "branches": [_branch_report(branch) for branch in branches],
             }
+            | files_report(output if branches else None)
         )
         return
     print(f"{orbit.scenario.name}: {orbit.text}")
     for segment in segments:
         print(f"  {segment.text}")
     if not segments:
-        print("  nowhere stable on this branch")
-    print("  branch " + branch.text.replace("\n", "\n  "))
+        print("  nowhere stable in this range, as far as the search goes")
+    for branch in branches:
+        print("  branch " + branch.text.replace("\n", "\n  "))
+    print_files(output if branches else None)
+
+
+def _branch_report(branch: "Branch") -> dict[str, Any]:
+    return {
+        "changes": [{"kind": str(event.kind), "value": event.value} for event in branch.events],
+        "ends": list(branch.ends),
+        "points": [
+            {
+                "value": point.value,
+                "position_m": point.orbit.position.tolist(),
+                "stable": point.orbit.stable,
+                "leading_rate_per_s": [point.orbit.rates[0].real, point.orbit.rates[0].imag],
+            }
+            for point in branch.points
+        ],
+    }

@@ -10,7 +10,8 @@ from helimag.orbits.branch import Branch, Change, Event, Point
 from helimag.orbits.continuation import follow
 from helimag.orbits.datasets import (
     basin_dataset,
-    branch_dataset,
+    branches_dataset,
+    comparison_dataset,
     flow_dataset,
     map_dataset,
     save_dataset,
@@ -56,8 +57,9 @@ __all__ = [
     "basin",
     "basin_dataset",
     "boundary_of",
-    "branch_dataset",
+    "branches_dataset",
     "compare_with_orbits",
+    "comparison_dataset",
     "counterparts",
     "design",
     "explain",

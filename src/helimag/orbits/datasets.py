@@ -4,7 +4,7 @@ Every file is flat: numbers with units, CF flags for what is one of a few words,
 xarray, MATLAB (``ncread``) and any HDF5 reader open it. ``axis`` runs over x, y, z, ``component`` over w, x, y, z.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.files import replacing
+from helimag.gain import Verdict
 from helimag.orbits._inputs import Input
 from helimag.scenario import Scenario
 from helimag.trajectory import versions
@@ -19,7 +20,17 @@ from helimag.trajectory import versions
 if TYPE_CHECKING:
     import xarray
 
-    from helimag.orbits import Agreement, Basin, BoundaryCurve, Branch, Counterpart, Orbit, SlowFlow, StabilityMap
+    from helimag.orbits import (
+        Agreement,
+        Basin,
+        BoundaryCurve,
+        Branch,
+        Comparison,
+        Counterpart,
+        Orbit,
+        SlowFlow,
+        StabilityMap,
+    )
 
 Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
@@ -37,9 +48,8 @@ def map_dataset(result: "StabilityMap", boundary: Sequence["BoundaryCurve"] = ()
     axes: dict[str, Variable] = {
         name: ((name,), values, about) for name, values, about in zip(names, result.values, inputs, strict=True)
     }
-    stability = np.where(result.stable, 2, np.where(result.found, 1, 0))
     data = {
-        "stability": _flags(dims, stability, STABILITY, "whether an orbit was found, and a stable one"),
+        "stability": _flags(dims, _stability(result.growth), STABILITY, "whether an orbit was found, and a stable one"),
         "growth": _number(dims, result.growth, "1/s", "real part of the leading rate; stable where negative"),
         "swing": _number(dims, result.swing, "rad/s", "imaginary part of the leading rate"),
         "position": _number((*dims, "axis"), result.states[..., :3], "m", PLACE),
@@ -95,24 +105,74 @@ def basin_dataset(basin: "Basin", agreement: "Agreement | None" = None) -> "xarr
     return _dataset(data, _places(basin.axes), basin.orbit.scenario, "basin of attraction", about)
 
 
-def branch_dataset(branch: "Branch") -> "xarray.Dataset":
-    """A branch orbit by orbit in order of arclength, and where its stability changes."""
-    scenario = branch.points[0].orbit.scenario
-    name, about = branch.path.replace(".", "_"), _input(scenario, branch.path)
+def branches_dataset(branches: Sequence["Branch"]) -> "xarray.Dataset":
+    """Branches over one input, orbit by orbit in order of arclength, one after another; and where stability changes."""
+    scenario = branches[0].points[0].orbit.scenario
+    name, about = branches[0].path.replace(".", "_"), _input(scenario, branches[0].path)
     along = ("point",)
-    orbits = [point.orbit for point in branch.points]
-    data: dict[str, Variable] = {name: (along, branch.values, about), **_orbits(along, orbits)}
-    if branch.events:
-        kinds = tuple(dict.fromkeys(str(event.kind) for event in branch.events))
-        codes = [kinds.index(str(event.kind)) for event in branch.events]
+    orbits = [point.orbit for branch in branches for point in branch.points]
+    numbers = np.repeat(np.arange(len(branches), dtype=float), [len(branch.points) for branch in branches])
+    values = np.concatenate([branch.values for branch in branches])
+    data: dict[str, Variable] = {
+        name: (along, values, about),
+        "branch": _number(along, numbers, "1", "number of the branch that a point belongs to"),
+        **_orbits(along, orbits),
+    }
+    events = [event for branch in branches for event in branch.events]
+    if events:
+        kinds = tuple(dict.fromkeys(str(event.kind) for event in events))
+        codes = [kinds.index(str(event.kind)) for event in events]
         data |= {
-            f"change_{name}": (("change",), np.array([event.value for event in branch.events]), about),
+            f"change_{name}": (("change",), np.array([event.value for event in events]), about),
             "change_kind": _flags(("change",), codes, kinds, "what happens to the orbit's stability"),
-            "change_position": _number(
-                ("change", "axis"), [event.orbit.position for event in branch.events], "m", PLACE
-            ),
+            "change_position": _number(("change", "axis"), [event.orbit.position for event in events], "m", PLACE),
         }
-    return _dataset(data, {}, scenario, "branch of orbits", {"ends": ", ".join(branch.ends)})
+    ends = "; ".join(", ".join(branch.ends) for branch in branches)
+    return _dataset(data, {}, scenario, "branches of orbits", {"ends": ends})
+
+
+def comparison_dataset(
+    result: "Comparison", scenario: Scenario, axes: Mapping[str, Sequence[float | str]]
+) -> "xarray.Dataset":
+    """Verdicts of a grid of runs beside orbits.
+
+    Parameters
+    ----------
+    scenario
+        What the runs have in common.
+    axes
+        The inputs' values, SI, in the order of the grid's dimensions; text is numbered.
+    """
+    from helimag.orbits.against import Why
+
+    dims = tuple(path.replace(".", "_") for path in axes)
+    named: dict[str, Variable] = {}
+    for dim, (path, values) in zip(dims, axes.items(), strict=True):
+        numbers = all(isinstance(value, float) for value in values)
+        named[dim] = (
+            ((dim,), np.array(values), _input(scenario, path))
+            if numbers
+            else _flags((dim,), list(range(len(values))), [str(value) for value in values], path)
+        )
+    verdicts = ("none", *(str(verdict) for verdict in Verdict))
+    whys = ("nothing to explain", *(str(why) for why in Why))
+    codes = np.zeros(result.verdicts.shape, dtype=int)
+    for case in result.cases:
+        codes[case.node] = whys.index(str(case.why))
+    data = {
+        "verdict": _flags(dims, np.vectorize(lambda v: verdicts.index(v or "none"))(result.verdicts), verdicts, "run"),
+        "stability": _flags(dims, _stability(result.growth), STABILITY, "whether an orbit is known, and a stable one"),
+        "why": _flags(dims, codes, whys, "why run and orbit differ, or what becomes of an undecided run"),
+        "growth": _number(dims, result.growth, "1/s", "real part of the leading rate; stable where negative"),
+        "position": _number((*dims, "axis"), result.states[..., :3], "m", PLACE),
+        "away": _flags(dims, result.away.astype(int), ("no", "yes"), "whether no neighbour differs in stability"),
+    }
+    shares: dict[str, object] = {"agreement": result.share(), "agreement_beside_orbit": result.share(beside=True)}
+    return _dataset(data, named, scenario, "runs against orbits", shares)
+
+
+def _stability(growth: NDArray[np.float64]) -> NDArray[np.int64]:
+    return np.asarray(np.where(np.isnan(growth), 0, np.where(growth < 0.0, 2, 1)))
 
 
 def save_dataset(dataset: "xarray.Dataset", path: str | Path) -> None:

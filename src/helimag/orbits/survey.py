@@ -57,8 +57,8 @@ def survey(
     branches = list(known)
     for node in np.flatnonzero(found.stable):
         value = float(values[node])
-        known = (part for branch in branches for part in stable_segments(branch))
-        if any(part.low <= value <= part.high for part in known):
+        parts = (part for branch in branches for part in stable_segments(branch))
+        if any(part.low <= value <= part.high for part in parts):
             continue
         orbit = find_orbit(scenarios[node], near=found.states[node])
         if orbit.stable:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -27,27 +28,22 @@ def _axis_name(given: Input, unit: str) -> str:
     return f"{given.name} ({unit})" if unit else given.name
 
 
-def draw_branch(branch: Branch) -> Figure:
-    """Draw a branch: height of the orbit and leading rate over the input, stable full, unstable dashed, changes marked.
+def draw_branches(branches: Sequence[Branch]) -> Figure:
+    """Draw branches over one input: height of the orbit and leading rate, stable full, unstable dashed, changes marked.
 
     Returns
     -------
     matplotlib.figure.Figure
         180 mm wide; heights in mm, rates in 1/s.
     """
-    given, scenario = Input(branch.path), branch.points[0].orbit.scenario
-    unit = given.shown(scenario, branch.points[0].value)[1]
-    looks: dict[bool, Any] = {True: {"color": BLUE}, False: {"color": VERMILLION, "linestyle": "--"}}
+    given, scenario = Input(branches[0].path), branches[0].points[0].orbit.scenario
+    unit = given.shown(scenario, branches[0].points[0].value)[1]
     with styled():
         figure = Figure(figsize=(FULL_WIDTH, 70.0 * MM), layout="constrained")
         axes = figure.subplots(1, 2)
         for axis, (label, height) in zip(axes, HEIGHTS.items(), strict=True):
-            for stable, stretch in _stretches(branch):
-                values = [given.shown(scenario, value)[0] for value, _ in stretch]
-                axis.plot(values, [height(orbit) for _, orbit in stretch], label=WORDS[stable], **looks[stable])
-            for event in branch.events:
-                at = given.shown(scenario, event.value)[0]
-                axis.plot(at, height(event.orbit), MARKS[event.kind], color=ORANGE, label=str(event.kind), markersize=4)
+            for branch in branches:
+                _draw_branch(axis, branch, height)
             axis.set_xlabel(_axis_name(given, unit))
             axis.set_ylabel(label)
         axes[1].axhline(0.0, color=GREY, linewidth=0.5)
@@ -55,6 +51,17 @@ def draw_branch(branch: Branch) -> Figure:
         once = dict(zip(labels, lines, strict=True))
         axes[0].legend(once.values(), once.keys())
     return figure
+
+
+def _draw_branch(axis: Axes, branch: Branch, height: Callable[[Orbit], float]) -> None:
+    given, scenario = Input(branch.path), branch.points[0].orbit.scenario
+    looks: dict[bool, Any] = {True: {"color": BLUE}, False: {"color": VERMILLION, "linestyle": "--"}}
+    for stable, stretch in _stretches(branch):
+        values = [given.shown(scenario, value)[0] for value, _ in stretch]
+        axis.plot(values, [height(orbit) for _, orbit in stretch], label=WORDS[stable], **looks[stable])
+    for event in branch.events:
+        at = given.shown(scenario, event.value)[0]
+        axis.plot(at, height(event.orbit), MARKS[event.kind], color=ORANGE, label=str(event.kind), markersize=4)
 
 
 def _stretches(branch: Branch) -> list[tuple[bool, list[tuple[float, Orbit]]]]:
