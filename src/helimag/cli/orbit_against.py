@@ -35,7 +35,7 @@ def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
         curves = _boundary(nodes, result)
         write_outputs(
             output,
-            lambda plots: plots.draw_sweep(dataset, curves=curves),
+            lambda _: _draw(dataset, curves),
             lambda: orbits.comparison_dataset(result, base, nodes.axes),
         )
     if json:
@@ -47,6 +47,12 @@ def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
         edge = "" if result.away[case.node] else " (beside the boundary)"
         print(f"  {place}{edge}: {case.text}")
     print_files(output)
+
+
+def _draw(dataset: Any, curves: "list[BoundaryCurve]") -> Any:
+    from helimag.plots.sweeps import draw_sweep
+
+    return draw_sweep(dataset, curves=curves)
 
 
 def _boundary(nodes: "Nodes", result: "Comparison") -> "list[BoundaryCurve]":
