@@ -91,11 +91,12 @@ def test_points_lie_on_the_boundary_itself(base: hm.Scenario, curves: dict[Chang
     """Orbits found anew at the inputs of the swings' curve neither grow nor decay."""
     swing = curves[Change.NEIMARK_SACKER]
     chosen = range(0, swing.first.size, 9)
+    length = np.array(base.drive.distance)
     drives = [scenario_at(base, swing.first[k], swing.second[k]) for k in chosen]
     for k, each in zip(chosen, find_orbits(drives, swing.states[list(chosen)]), strict=True):
         assert abs(each.growth) < 2e-8
         assert abs(each.rates[0].imag) == pytest.approx(swing.swing[k], rel=1e-5)
-        assert np.abs(each.state - swing.states[k]).max() < 1e-7
+        assert np.abs(chart.coordinates(each.state, swing.states[k], length)).max() < 1e-7
     assert not curves[Change.FOLD].swing.any()
 
 
@@ -117,7 +118,11 @@ def test_orbits_are_stable_on_one_side_alone(
                 base, curve.first[k] + side * normal[0] * SPANS[0], curve.second[k] + side * normal[1] * SPANS[1]
             )
             orbits = [each for each in find_orbits([drive] * 16, near) if each.found]
-            here = [each for each in orbits if np.abs(each.state - curve.states[k]).max() < 0.1]
+            here = [
+                each
+                for each in orbits
+                if np.linalg.norm(chart.coordinates(each.state, curve.states[k], np.array(base.drive.distance))) < 0.1
+            ]
             stable.append(any(each.stable for each in here))
             if kind is Change.NEIMARK_SACKER:
                 assert here
