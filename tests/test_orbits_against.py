@@ -2,17 +2,23 @@
 
 import json
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 
 import helimag as hm
+from helimag.cli import main
 from helimag.gain import Verdict
 from helimag.orbits import Why, compare_with_orbits, stable_segments, survey
 from helimag.orbits.against import _why, away_from_boundary
 from helimag.orbits.spreading import Spread
 from helimag.sweeps import nodes_of
+
+# as from a shell
+pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
 
 PLAN = """
 base = "paper/fig3c"
@@ -137,11 +143,21 @@ def test_nodes_beside_the_boundary_are_those_with_a_neighbour_of_the_other_kind(
     assert away.sum() == 21
 
 
-def test_the_command_prints_draws_and_reports(store: Path, helimag, tmp_path: Path) -> None:
-    picture = tmp_path / "map.png"
-    status, out, err = helimag("orbit", "against", store, "--json", "-o", picture)
-    assert (status, err) == (0, "")
+def test_the_command_prints_draws_and_reports(
+    store: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    picture, data = tmp_path / "map.png", tmp_path / "map.nc"
+    words = ["orbit", "against", store, "--json", "-o", picture, "-o", data]
+    monkeypatch.setattr(sys, "argv", ["helimag", *(str(word) for word in words)])
+    main()
+    out, err = capsys.readouterr()
+    assert err == ""
     report = json.loads(out)
     assert report["nodes"] == 12
     assert {case["why"] for case in report["cases"]} >= {"slow drift", "starts outside the basin"}
     assert picture.stat().st_size > 10_000
+    with xarray.open_dataset(data, engine="h5netcdf", decode_timedelta=False) as opened:
+        meanings = opened.why.attrs["flag_meanings"].split()
+        explained = int((opened.why > 0).sum())
+        assert meanings[int(opened.why.values[2, 2])] == "slow_drift"
+    assert explained == len(report["cases"])

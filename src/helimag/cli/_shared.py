@@ -62,7 +62,7 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     begun = time.monotonic()
 
     def report(done: float) -> None:
-        if not bar.live.is_started and time.monotonic() - begun > 1.0:
+        if bar.console.is_terminal and not bar.live.is_started and time.monotonic() - begun > 1.0:
             bar.start()
         bar.update(task, completed=done)
 
