@@ -1,4 +1,4 @@
-"""The figures of docs/theory/orbits.md: a branch with its fold, stability over two inputs, and the slow flow.
+"""The figures of docs/theory/orbits.md: a branch with its fold, stability over two inputs, the slow flow and the basin.
 
 python benchmarks/orbit_figures.py [FOLDER]
 """
@@ -12,11 +12,20 @@ import numpy as np
 
 import helimag as hm
 from helimag import plots
-from helimag.orbits import averaged_rates, averaging_error, basin, boundary_of, follow, slow_flow, stability_map
+from helimag.orbits import (
+    averaged_rates,
+    averaging_error,
+    basin,
+    boundary_of,
+    fixed_points,
+    follow,
+    slow_flow,
+    stability_map,
+)
 
 HALF = np.array([0.055, 0.055, 0.05])  # m, of the box that the flow is drawn in
 FLOW_NODES = (13, 13, 13)
-STARTS = (5, 5, 5)
+STARTS = (9, 9, 9)
 
 
 def main() -> None:
@@ -26,7 +35,7 @@ def main() -> None:
     orbit = hm.find_orbit(scenario)
 
     branch = follow(orbit, "drive.pitch", math.radians(4.0), math.radians(20.0))
-    plots.save(plots.draw_branch(branch), folder / "branch.png")
+    plots.save(plots.draw_branches([branch]), folder / "branch.png")
     print(branch.text)
 
     begun = time.perf_counter()
@@ -53,9 +62,15 @@ def main() -> None:
         print(
             f"averaged model from {1e3 * away:.0f} mm: {1e3 * error.mean:.2f} mm off, {1e3 * error.worst:.2f} at most"
         )
+    points = fixed_points(flow)
+    for point in points:
+        print(f"{point.kind} at {1e3 * point.position} mm, exact to {1e3 * point.error:.2g} mm")
+    quick = basin(orbit, low=orbit.position - HALF, high=orbit.position + HALF, shape=STARTS, flow=flow)
+    print(quick.text)
+    plots.save(plots.draw_flow(flow, orbit, quick, fixed_points=points), folder / "flow.png")
     caught = basin(orbit, low=orbit.position - HALF, high=orbit.position + HALF, shape=STARTS)
     print(caught.text)
-    plots.save(plots.draw_flow(flow, orbit, caught), folder / "flow.png")
+    plots.save(plots.draw_basin(caught), folder / "basin.png")
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ def branch(scenario: hm.Scenario) -> Branch:
 
 
 def a_curve(scenario: hm.Scenario, **changes: object) -> BoundaryCurve:
-    first, second = np.radians([6.0, 8.0, 12.0]), np.array([2.9, 2.5, 2.1])
+    first, second = np.radians([6.0, 8.0, 12.0]), np.array([3.4, 2.5, 2.1])
     given = {"kind": Change.FOLD, "ends": ("fold-Neimark-Sacker", "edge of the map")} | changes
     return BoundaryCurve(
         scenario=scenario,
@@ -43,7 +43,7 @@ def a_curve(scenario: hm.Scenario, **changes: object) -> BoundaryCurve:
 def test_lines_of_a_branch_end_at_its_events(branch: Branch) -> None:
     (fold,) = branch.events
     for axes, height in zip(
-        plots.draw_branch(branch).axes, (1e3 * fold.orbit.mean_position[2], fold.orbit.growth), strict=True
+        plots.draw_branches([branch]).axes, (1e3 * fold.orbit.mean_position[2], fold.orbit.growth), strict=True
     ):
         stable, unstable = (
             next(line for line in axes.lines if line.get_label() == label) for label in ("stable", "unstable")
@@ -59,7 +59,7 @@ def test_lines_of_a_branch_end_at_its_events(branch: Branch) -> None:
 def test_a_branch_followed_while_stable_is_drawn_stable_alone(branch: Branch) -> None:
     orbit = branch.points[branch.origin].orbit
     short = follow(orbit, "drive.pitch", math.radians(12.0), math.radians(17.0), while_stable=True)
-    axes = plots.draw_branch(short).axes[0]
+    axes = plots.draw_branches([short]).axes[0]
     labels = [line.get_label() for line in axes.lines]
     assert labels == ["stable", "fold"]
     assert np.max(axes.lines[0].get_xdata()) == pytest.approx(math.degrees(short.events[0].value))
@@ -74,8 +74,8 @@ def test_a_stability_map_shows_curves_in_the_units_of_its_axes(scenario: hm.Scen
     figure = plots.draw_stability(result, curves)
     fold, mark, swing = figure.axes[0].lines
     np.testing.assert_allclose(fold.get_xdata(), [6.0, 8.0, 12.0])
-    np.testing.assert_allclose(fold.get_ydata(), [2.9, 2.5, 2.1])
-    assert (mark.get_xdata()[0], mark.get_ydata()[0]) == pytest.approx((6.0, 2.9))
+    np.testing.assert_allclose(fold.get_ydata(), [3.4, 2.5, 2.1])
+    assert (mark.get_xdata()[0], mark.get_ydata()[0]) == pytest.approx((6.0, 3.4))
     assert fold.get_linestyle() != swing.get_linestyle()
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["fold", "fold-Neimark-Sacker", "Neimark-Sacker"]
@@ -96,7 +96,7 @@ def test_curves_lie_over_maps_of_the_same_inputs_either_way_round(tmp_path: Path
     (plain,) = draw_sweep(data).axes
     (axes,) = draw_sweep(data, curves=[a_curve(scenario)]).axes
     curve = axes.lines[0]
-    np.testing.assert_allclose(curve.get_xdata(), [2.9, 2.5, 2.1])
+    np.testing.assert_allclose(curve.get_xdata(), [3.4, 2.5, 2.1])
     np.testing.assert_allclose(curve.get_ydata(), [6.0, 8.0, 12.0])
     assert (axes.get_xlim(), axes.get_ylim()) == (plain.get_xlim(), plain.get_ylim())
     fine = PITCH.model_copy(update={"count": 9})

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -105,6 +105,26 @@ def test_flips_follow_a_parabola() -> None:
     assert curve.ends == (EDGE, EDGE)
     assert {node.crossing.kind for node in curve.nodes} == {Change.PERIOD_DOUBLING}
     assert np.abs(a + b**2 - 0.2).max() < LIMIT
+
+
+def test_a_curve_that_bends_over_the_edge_ends_on_it() -> None:
+    """Flips on a = 2 b^2 - 1/2: a step along the tangent that stays just within comes out beyond a = 1."""
+    family = Plain(lambda x, a, b: [-(1.0 + 0.5 * (a + 0.5 - 2.0 * b**2)) * x[0] + x[0] ** 3, 0.3 * x[1]])
+    at = place([0.0, 0.0], 0.9, math.sqrt(0.7))
+    node = on_curve(family, OneReal.near(jacobian(family, at), -1.0), at)
+    assert node is not None
+    node = replace(node, tangent=node.tangent * np.sign(node.tangent[2]))
+    step = (1.0 - node.place.shares[0]) / node.tangent[2] * (1.0 - 1e-6)
+    beyond = advanced(family, node, step)
+    assert beyond is not None
+    assert beyond.place.shares[0] > 1.0 + 1e-5
+    taken = tracing._taken(family, node, step)
+    assert taken is not None
+    end, landed, _ = taken
+    assert landed
+    assert end is not None
+    assert end.place.shares[0] == pytest.approx(1.0, abs=1e-12)
+    assert 2.0 * end.place.shares[1] - 1.0 == pytest.approx(math.sqrt(0.75), abs=LIMIT)
 
 
 def bogdanov_takens(x: np.ndarray, a: np.ndarray, b: np.ndarray) -> list[np.ndarray]:

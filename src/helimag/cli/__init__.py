@@ -17,7 +17,7 @@ COMMANDS = (
     runs.presets,
     runs.simulate,
     sweeps.sweep,
-    orbits.orbit,
+    orbits.app,
     orbits.design,
     pictures.plot,
     pictures.reproduce,

@@ -12,7 +12,15 @@ from cyclopts import Parameter
 from helimag.errors import FileError, InputError
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
+    import xarray
+    from matplotlib.figure import Figure
+
     from helimag.scenario import Scenario
+
+FIGURES = (".png", ".svg", ".pdf")
+DATA = ".nc"
 
 ScenarioName = Annotated[str, Parameter(help="Name of a preset, or path of a TOML file.")]
 Changes = Annotated[
@@ -22,6 +30,15 @@ Changes = Annotated[
         negative="",
         consume_multiple=False,
         help='Change a field, such as --set drive.pitch="15 deg". May be repeated.',
+    ),
+]
+Outputs = Annotated[
+    list[Path] | None,
+    Parameter(
+        name=["--output", "-o"],
+        negative="",
+        consume_multiple=False,
+        help="Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.",
     ),
 ]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object on stdout and nothing else.")]
@@ -45,7 +62,7 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     begun = time.monotonic()
 
     def report(done: float) -> None:
-        if not bar.live.is_started and time.monotonic() - begun > 1.0:
+        if bar.console.is_terminal and not bar.live.is_started and time.monotonic() - begun > 1.0:
             bar.start()
         bar.update(task, completed=done)
 
@@ -62,6 +79,43 @@ def check_target(path: Path) -> None:
         raise FileError(f"{path} is a directory; name a file in it")
     if not path.parent.is_dir():
         raise FileError(f"{path} cannot be written: there is no folder '{path.parent}'")
+
+
+def check_outputs(paths: list[Path] | None) -> None:
+    """Refuse figures and data that cannot be written, and figures without matplotlib, before the work is done."""
+    for path in paths or []:
+        if path.suffix.lower() not in (*FIGURES, DATA):
+            raise InputError(f"--output must end in {', '.join(FIGURES)} (a figure) or {DATA} (the data); got '{path}'")
+        check_target(path)
+    if any(path.suffix.lower() in FIGURES for path in paths or []):
+        import helimag.plots  # noqa: F401
+
+
+def write_outputs(
+    paths: list[Path] | None, figure: "Callable[[ModuleType], Figure]", dataset: "Callable[[], xarray.Dataset]"
+) -> None:
+    """Write the figure, which is drawn with :mod:`helimag.plots`, or the data to each path, as its suffix says."""
+    for path in paths or []:
+        if path.suffix.lower() == DATA:
+            from helimag.orbits import save_dataset
+
+            save_dataset(dataset(), path)
+        else:
+            from helimag import plots
+
+            plots.save(figure(plots), path)
+
+
+def input_range(option: str, scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
+    """An input and its range (SI) from text such as ``drive.pitch=5 deg..15 deg``; ``option`` names it in messages."""
+    from helimag.orbits import Input
+
+    path, equals, span = text.partition("=")
+    low, dots, high = span.strip().strip("\"'").partition("..")
+    if not (equals and dots):
+        raise InputError(f'{option} must be an input and a range such as drive.pitch="5 deg..15 deg"; got {text!r}')
+    given = Input(path.strip())
+    return given.path, (given.read(scenario, low.strip()), given.read(scenario, high.strip()))
 
 
 def print_json(data: object) -> None:

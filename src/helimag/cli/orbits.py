@@ -1,27 +1,43 @@
-"""Commands about orbits: orbit, design."""
+"""Commands about orbits: orbit with map, flow and basin beside it, and design."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 
+from helimag.cli import orbit_against, orbit_grids
+from helimag.cli._orbit_reports import files_report, print_files
 from helimag.cli._shared import (
     Changes,
     Json,
+    Outputs,
     ScenarioName,
+    check_outputs,
     check_target,
     degrees,
+    input_range,
     print_json,
     progress_bar,
     scenario_from,
+    write_outputs,
 )
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from helimag.orbits import Branch, Orbit
     from helimag.scenario import Scenario
 
 
+app = App(name="orbit")
+app.command(orbit_grids.map_, name="map")
+app.command(orbit_grids.flow)
+app.command(orbit_grids.basin)
+app.command(orbit_against.against)
+
+
+@app.default
 def orbit(
     scenario: ScenarioName,
     *,
@@ -30,7 +46,7 @@ def orbit(
     vary: str | None = None,
     start: Annotated[str | None, Parameter(name="--from")] = None,
     stop: Annotated[str | None, Parameter(name="--to")] = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Outputs = None,
     json: Json = False,
 ) -> None:
     """Find the orbit that a run settles on, whether it is stable, and over which inputs.
@@ -40,18 +56,15 @@ def orbit(
     every
         List all orbits that a grid of starts around the magnet leads to.
     vary
-        Follow the orbit through this input, such as drive.pitch.
+        Follow orbits through this input, such as drive.pitch: the scenario's own, and all that are stable in the range.
     start
         Lowest value of that input, such as "8 deg".
     stop
         Highest value.
-    output
-        Draw the orbits along that input into this figure: .png, .svg or .pdf.
     """
-    if output is not None:
-        if vary is None:
-            raise InputError("--output draws orbits along an input: name it with --vary")
-        check_target(output)
+    if output and vary is None:
+        raise InputError("--output draws orbits along an input: name it with --vary")
+    check_outputs(output)
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
@@ -72,13 +85,28 @@ def orbit(
         return
     given = orbits.Input(vary)
     low, high = given.read(chosen, start), given.read(chosen, stop)
-    with progress_bar(f"following the orbit through {vary}") as progress:
-        branch = orbits.follow(result, vary, low, high, progress=progress)
-    if output is not None:
-        from helimag import plots
+    with progress_bar(f"following orbits through {vary}") as progress:
+        branches = _branches(result, vary, low, high, progress)
+    if branches:
+        write_outputs(output, lambda plots: plots.draw_branches(branches), lambda: orbits.branches_dataset(branches))
+    _print_branches(result, vary, branches, output, json)
 
-        plots.save(plots.draw_branch(branch), output)
-    _print_branch(result, branch, json)
+
+def _branches(
+    orbit: "Orbit", path: str, low: float, high: float, progress: "Callable[[float], None]"
+) -> "list[Branch]":
+    """The branch of the scenario's own orbit, and all others that are stable somewhere in the range."""
+    from helimag import orbits
+
+    given = orbits.Input(path)
+    if not low < high:
+        show = (given.show(orbit.scenario, value) for value in (low, high))
+        raise InputError("--from must be below --to; got {} and {}".format(*show))
+    own = []
+    if orbit.found and low <= given.value(orbit.scenario) <= high:
+        own = [orbits.follow(orbit, path, low, high, progress=lambda done: progress(0.3 * done))]
+    stable = orbits.survey(orbit.scenario, path, low, high, known=own, progress=lambda done: progress(0.3 + 0.7 * done))
+    return own + [branch for branch in stable if branch not in own]
 
 
 def design(
@@ -119,7 +147,7 @@ def design(
     from helimag.files import replacing
 
     chosen = scenario_from(scenario, changes)
-    limits = dict(_limit(chosen, text) for text in limit) if limit else None
+    limits = dict(input_range("--limit", chosen, text) for text in limit) if limit else None
     with progress_bar(f"designing {chosen.name}") as progress:
         result = orbits.design(
             chosen,
@@ -151,18 +179,6 @@ def design(
         {"inputs": inputs, "runs": verdicts, "runs_duration_s": result.duration, "on_orbit": result.on_orbit}
         | {"orbit": _report(result.orbit)}
     )
-
-
-def _limit(scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
-    """One --limit as path and range."""
-    from helimag.orbits import Input
-
-    path, equals, span = text.partition("=")
-    low, dots, high = span.partition("..")
-    if not (equals and dots):
-        raise InputError(f'--limit must be an input and a range such as drive.pitch="5 deg..15 deg"; got {text!r}')
-    given = Input(path.strip())
-    return given.path, (given.read(scenario, low.strip()), given.read(scenario, high.strip()))
 
 
 def _report(orbit: "Orbit") -> dict[str, Any]:
@@ -211,34 +227,42 @@ def _print_all(scenario: "Scenario", found: "list[Orbit]", json: bool) -> None:
         print(f"  {orbit.text}")
 
 
-def _print_branch(orbit: "Orbit", branch: "Branch", json: bool) -> None:
+def _print_branches(orbit: "Orbit", path: str, branches: "list[Branch]", output: list[Path] | None, json: bool) -> None:
     from helimag import orbits
 
-    segments = orbits.stable_segments(branch)
+    segments = [segment for branch in branches for segment in orbits.stable_segments(branch)]
     if json:
+        intervals = [{"low": s.low, "high": s.high, "why_low": s.why_low, "why_high": s.why_high} for s in segments]
         print_json(
             {
-                "input": branch.path,
-                "stable_intervals": [
-                    {"low": s.low, "high": s.high, "why_low": s.why_low, "why_high": s.why_high} for s in segments
-                ],
-                "changes": [{"kind": str(event.kind), "value": event.value} for event in branch.events],
-                "ends": list(branch.ends),
-                "branch": [
-                    {
-                        "value": point.value,
-                        "position_m": point.orbit.position.tolist(),
-                        "stable": point.orbit.stable,
-                        "leading_rate_per_s": [point.orbit.rates[0].real, point.orbit.rates[0].imag],
-                    }
-                    for point in branch.points
-                ],
+                "input": path,
+                "stable_intervals": intervals,
+                "branches": [_branch_report(branch) for branch in branches],
             }
+            | files_report(output if branches else None)
         )
         return
     print(f"{orbit.scenario.name}: {orbit.text}")
     for segment in segments:
         print(f"  {segment.text}")
     if not segments:
-        print("  nowhere stable on this branch")
-    print("  branch " + branch.text.replace("\n", "\n  "))
+        print("  nowhere stable in this range, as far as the search goes")
+    for branch in branches:
+        print("  branch " + branch.text.replace("\n", "\n  "))
+    print_files(output if branches else None)
+
+
+def _branch_report(branch: "Branch") -> dict[str, Any]:
+    return {
+        "changes": [{"kind": str(event.kind), "value": event.value} for event in branch.events],
+        "ends": list(branch.ends),
+        "points": [
+            {
+                "value": point.value,
+                "position_m": point.orbit.position.tolist(),
+                "stable": point.orbit.stable,
+                "leading_rate_per_s": [point.orbit.rates[0].real, point.orbit.rates[0].imag],
+            }
+            for point in branch.points
+        ],
+    }

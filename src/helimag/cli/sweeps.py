@@ -166,7 +166,7 @@ def sweep_progress(what: str) -> Iterator[Callable[["Progress"], None]]:
         bar.update(
             task, total=progress.total, completed=progress.worked, rate=f"{rate:.1f}/s, {left} left", counts=counts
         )
-        if not bar.live.is_started and progress.seconds > 1.0:
+        if bar.console.is_terminal and not bar.live.is_started and progress.seconds > 1.0:
             bar.start()
 
     try:

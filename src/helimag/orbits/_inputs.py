@@ -64,14 +64,18 @@ class Input:
 
     def shown(self, scenario: Scenario, value: float) -> tuple[float, str]:
         """Number and unit in which a file would write an SI value."""
+        kind = self.kind(scenario)
+        return (value, "") if kind is None else (value / q.parse(f"1 {kind.shown}", kind), kind.shown)
+
+    def kind(self, scenario: Scenario) -> q.Kind | None:
+        """Physical kind, with its units; None for a plain number."""
         if self.path == SPEED:
-            return 1e3 * value, "mm/s"
+            return q.VELOCITY
         text = _at(scenario.model_dump(mode="json"), self.path)
         if not isinstance(text, str):
-            return value, ""
+            return None
         unit = text.partition(" ")[2]
-        kind = next(kind for kind in _KINDS if unit in (kind.shown, kind.si))
-        return value / q.parse(f"1 {kind.shown}", kind), kind.shown
+        return next(kind for kind in _KINDS if unit in (kind.shown, kind.si))
 
 
 def _at(data: Any, path: str) -> object:

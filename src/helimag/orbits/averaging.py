@@ -24,6 +24,9 @@ SHAPE = (17, 17, 21)
 LAG_STAGES = 4
 ROTATION = range(3, 6)
 BATCH = 512
+SLOW = 0.05  # of the gap to the magnet: a device that a turn moves farther is being drawn in, and has no slow flow
+FAR = 1e3  # m
+ROUNDING = 1e-9  # of a cell: a place on the grid's face is inside
 STEP = 4.0  # s, of the averaged model (Runge and Kutta, fourth order): a fiftieth of a slow swing
 
 
@@ -40,7 +43,7 @@ class SlowFlow:
     states
         (nx, ny, nz, 7): place and attitude, at the start of the magnet's turn.
     settled
-        (nx, ny, nz): where an attitude was found that keeps in step.
+        (nx, ny, nz): where an attitude was found that keeps in step, and a turn of the magnet moves the device little.
     """
 
     scenario: Scenario
@@ -57,7 +60,8 @@ class SlowFlow:
         out = np.stack(
             [map_coordinates(c, index, order=3, prefilter=False, mode="nearest") for c in self._splines], axis=1
         )
-        inside = np.all((index >= 0.0) & (index <= np.array(self.settled.shape)[:, None] - 1.0), axis=0)
+        last = np.array(self.settled.shape)[:, None] - 1.0
+        inside = np.all((index >= -ROUNDING) & (index <= last + ROUNDING), axis=0)
         near = np.clip(np.nan_to_num(index).round().astype(int), 0, np.array(self.settled.shape)[:, None] - 1)
         out[~(inside & self.settled[tuple(near)])] = np.nan
         return np.asarray(out)
@@ -125,11 +129,12 @@ def slow_flow(
     )
     settled = settled.reshape(shape)
     states = _filled(states.reshape(*shape, 7), settled)
-    velocity = _drift(problem, states, settled, axes)
+    velocity, settled = _drift(problem, states, settled, axes)
     for stage in range(lag_stages):
+        states = _filled(states, settled)
         slope = _attitude_slope(states, problem.length[0])
         states, settled = _lagged(problem, states, settled, slope)
-        velocity = _drift(problem, states, settled, axes)
+        velocity, settled = _drift(problem, states, settled, axes)
         report((2.0 + stage) / (1.0 + lag_stages))
     return SlowFlow(scenario, axes, velocity, states, settled)  # type: ignore[arg-type]
 
@@ -165,18 +170,23 @@ def _filled(values: Floats, good: NDArray[np.bool_]) -> Floats:
     return np.asarray(result)
 
 
-def _drift(problem: Problem, states: Floats, settled: NDArray[np.bool_], axes: tuple[Floats, ...]) -> Floats:
-    """Velocity at each node (m/s) of the flow whose map over a period displaces as the device is displaced.
+def _drift(
+    problem: Problem, states: Floats, settled: NDArray[np.bool_], axes: tuple[Floats, ...]
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Velocity at each node (m/s) of the flow whose map over a period displaces as the device is displaced; and where.
 
     A flow v displaces by T v + T^2/2 (grad v) v + ...; the second term is taken off.
     """
     flat = states.reshape(-1, 7)
     images, _ = problem.map(np.zeros(len(flat), dtype=np.int64), flat)
     moved = (images[:, :3] - flat[:, :3]).reshape(*settled.shape, 3)
-    moved[~settled] = 0.0
-    moved = _filled(moved, settled)
+    moved = np.clip(np.nan_to_num(moved, nan=np.inf), -FAR, FAR)  # a device in the magnet goes anywhere
+    gap = np.linalg.norm(states[..., :3] - problem.arm[0], axis=-1)
+    slow = settled & (np.linalg.norm(moved, axis=-1) < SLOW * gap)
+    moved[~slow] = 0.0
+    moved = _filled(moved, slow)
     gradient = np.stack([np.gradient(moved, axis, axis=i) for i, axis in enumerate(axes)], axis=-1)
-    return np.asarray((moved - 0.5 * np.einsum("...ij,...j->...i", gradient, moved)) / problem.period[0])
+    return np.asarray((moved - 0.5 * np.einsum("...ij,...j->...i", gradient, moved)) / problem.period[0]), slow
 
 
 def _attitude_slope(states: Floats, length: float) -> Floats:
@@ -218,13 +228,17 @@ def _lagged(
     return _filled(flat.reshape(states.shape), result), result
 
 
-def averaged_paths(flow: SlowFlow, places: Floats, times: Floats) -> Floats:
+def averaged_paths(
+    flow: SlowFlow, places: Floats, times: Floats, *, progress: Callable[[float], None] | None = None
+) -> Floats:
     """Paths of the averaged model from places (m, 3), moving frame, all at once.
 
     Parameters
     ----------
     times
         (n,) increasing, s, from the start of the run; each gap is cut into equal steps of at most ``STEP``.
+    progress
+        Called with the fraction done.
 
     Returns
     -------
@@ -244,6 +258,8 @@ def averaged_paths(flow: SlowFlow, places: Floats, times: Floats) -> Floats:
             k4 = flow.at(at + dt * k3)
             at = at + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         path[:, i], now = at, float(time)
+        if progress is not None:
+            progress((i + 1) / len(times))
     return path
 
 

@@ -194,8 +194,6 @@ def _event(result: StabilityMap, node: tuple[int, int], axis: int, sense: int) -
 def _follow(family: _Orbits, event: Event, traces: list[tuple[Change, Trace]], curves: list[BoundaryCurve]) -> None:
     """Trace the curve through an event, and those that begin where it ends; add what is new."""
     place = family.place_of(event)
-    if any(_lies_on(family, traced, place) for kind, traced in traces if kind is event.kind):
-        return
     crossing = _crossing(event)
     first = None if crossing is None else on_curve(family, crossing, place)
     if first is None or first.loss >= 0.0:

@@ -9,7 +9,8 @@ except ImportError as _error:
 _matplotlib.set_loglevel("ERROR")  # its remarks on fonts and caches are no part of a command's output
 
 from helimag.plots._film import animate  # noqa: E402
-from helimag.plots._orbits import draw_branch, draw_flow, draw_stability  # noqa: E402
+from helimag.plots._orbits import draw_branches, draw_stability  # noqa: E402
+from helimag.plots._portraits import draw_basin, draw_flow  # noqa: E402
 from helimag.plots._run import draw_run  # noqa: E402
 from helimag.plots._save import save  # noqa: E402
 from helimag.plots._side_by_side import Case, draw_side_by_side  # noqa: E402
@@ -17,7 +18,8 @@ from helimag.plots._side_by_side import Case, draw_side_by_side  # noqa: E402
 __all__ = [
     "Case",
     "animate",
-    "draw_branch",
+    "draw_basin",
+    "draw_branches",
     "draw_flow",
     "draw_run",
     "draw_side_by_side",

@@ -1,4 +1,4 @@
-"""Figures of orbits: a branch over one input, stability over two, the slow flow, and a basin of attraction."""
+"""Figures of orbits: a branch over one input, and stability over two."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.orbits import Basin, BoundaryCurve, Branch, Input, Orbit, SlowFlow, StabilityMap
+from helimag.orbits import BoundaryCurve, Branch, Input, Orbit, StabilityMap
 from helimag.plots._curves import draw_curves
-from helimag.plots._style import BLUE, FULL_WIDTH, GREEN, GREY, MM, ORANGE, PALE, VERMILLION, styled
+from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, VERMILLION, styled
 
 Floats = NDArray[np.float64]
 
@@ -22,34 +22,28 @@ HEIGHTS: dict[str, Callable[[Orbit], float]] = {
     "mean height (mm)": lambda orbit: 1e3 * float(orbit.mean_position[2]),
     "leading rate (1/s)": lambda orbit: orbit.growth,
 }
-FIELDS = 2.0  # streamlines, in matplotlib's measure of density
 
 
 def _axis_name(given: Input, unit: str) -> str:
     return f"{given.name} ({unit})" if unit else given.name
 
 
-def draw_branch(branch: Branch) -> Figure:
-    """Draw a branch: height of the orbit and leading rate over the input, stable full, unstable dashed, changes marked.
+def draw_branches(branches: Sequence[Branch]) -> Figure:
+    """Draw branches over one input: height of the orbit and leading rate, stable full, unstable dashed, changes marked.
 
     Returns
     -------
     matplotlib.figure.Figure
         180 mm wide; heights in mm, rates in 1/s.
     """
-    given, scenario = Input(branch.path), branch.points[0].orbit.scenario
-    unit = given.shown(scenario, branch.points[0].value)[1]
-    looks: dict[bool, Any] = {True: {"color": BLUE}, False: {"color": VERMILLION, "linestyle": "--"}}
+    given, scenario = Input(branches[0].path), branches[0].points[0].orbit.scenario
+    unit = given.shown(scenario, branches[0].points[0].value)[1]
     with styled():
         figure = Figure(figsize=(FULL_WIDTH, 70.0 * MM), layout="constrained")
         axes = figure.subplots(1, 2)
         for axis, (label, height) in zip(axes, HEIGHTS.items(), strict=True):
-            for stable, stretch in _stretches(branch):
-                values = [given.shown(scenario, value)[0] for value, _ in stretch]
-                axis.plot(values, [height(orbit) for _, orbit in stretch], label=WORDS[stable], **looks[stable])
-            for event in branch.events:
-                at = given.shown(scenario, event.value)[0]
-                axis.plot(at, height(event.orbit), MARKS[event.kind], color=ORANGE, label=str(event.kind), markersize=4)
+            for branch in branches:
+                _draw_branch(axis, branch, height)
             axis.set_xlabel(_axis_name(given, unit))
             axis.set_ylabel(label)
         axes[1].axhline(0.0, color=GREY, linewidth=0.5)
@@ -57,6 +51,17 @@ def draw_branch(branch: Branch) -> Figure:
         once = dict(zip(labels, lines, strict=True))
         axes[0].legend(once.values(), once.keys())
     return figure
+
+
+def _draw_branch(axis: Axes, branch: Branch, height: Callable[[Orbit], float]) -> None:
+    given, scenario = Input(branch.path), branch.points[0].orbit.scenario
+    looks: dict[bool, Any] = {True: {"color": BLUE}, False: {"color": VERMILLION, "linestyle": "--"}}
+    for stable, stretch in _stretches(branch):
+        values = [given.shown(scenario, value)[0] for value, _ in stretch]
+        axis.plot(values, [height(orbit) for _, orbit in stretch], label=WORDS[stable], **looks[stable])
+    for event in branch.events:
+        at = given.shown(scenario, event.value)[0]
+        axis.plot(at, height(event.orbit), MARKS[event.kind], color=ORANGE, label=str(event.kind), markersize=4)
 
 
 def _stretches(branch: Branch) -> list[tuple[bool, list[tuple[float, Orbit]]]]:
@@ -116,52 +121,3 @@ def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -
 def _scale(given: Input, result: StabilityMap) -> tuple[float, str]:
     number, unit = given.shown(result.scenario, 1.0)
     return number, unit
-
-
-def draw_flow(flow: SlowFlow, orbit: Orbit, captured: Basin | None = None) -> Figure:
-    """Draw the slow flow through an orbit: streamlines in the plane at its height and in two upright planes.
-
-    Parameters
-    ----------
-    captured
-        A basin on any grid, whose starts near each plane are marked: those that come to the orbit full, others open.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        180 mm wide; mm, moving frame. Streamlines show the part of the flow within the plane.
-    """
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 66.0 * MM), layout="constrained")
-        for axis, (i, j) in zip(figure.subplots(1, 3), ((0, 1), (0, 2), (1, 2)), strict=True):
-            _plane(axis, flow, orbit, i, j)
-            if captured is not None:
-                _starts(axis, captured, orbit, i, j)
-    return figure
-
-
-def _plane(axis: Axes, flow: SlowFlow, orbit: Orbit, i: int, j: int) -> None:
-    across, up = flow.axes[i], flow.axes[j]
-    a, b = np.meshgrid(np.linspace(across[0], across[-1], 41), np.linspace(up[0], up[-1], 41))
-    places = np.repeat(orbit.position[None], a.size, axis=0)
-    places[:, i], places[:, j] = a.ravel(), b.ravel()
-    velocity = 1e3 * flow.at(places)
-    speed = np.linalg.norm(velocity, axis=1).reshape(a.shape)
-    lines: dict[str, Any] = {"color": GREY, "density": FIELDS * 0.5, "linewidth": 0.5, "arrowsize": 0.5}
-    image = axis.pcolormesh(1e3 * a, 1e3 * b, speed, cmap="Blues", shading="nearest", rasterized=True)
-    axis.figure.colorbar(image, ax=axis, label="speed (mm/s)", orientation="horizontal")
-    axis.streamplot(1e3 * a, 1e3 * b, velocity[:, i].reshape(a.shape), velocity[:, j].reshape(a.shape), **lines)
-    axis.plot(1e3 * orbit.position[i], 1e3 * orbit.position[j], "o", color=VERMILLION, markersize=4)
-    axis.set_xlabel(f"{'xyz'[i]} (mm)")
-    axis.set_ylabel(f"{'xyz'[j]} (mm)")
-    axis.set_aspect("equal")
-
-
-def _starts(axis: Axes, captured: Basin, orbit: Orbit, i: int, j: int) -> None:
-    k = 3 - i - j
-    levels = np.unique(captured.places[:, k])
-    near = captured.places[:, k] == levels[np.argmin(np.abs(levels - orbit.position[k]))]
-    for mask, face in ((near & captured.captured, GREEN), (near & ~captured.captured, "none")):
-        edge = GREEN if face == GREEN else PALE
-        x, y = 1e3 * captured.places[mask][:, [i, j]].T
-        axis.scatter(x, y, s=6, facecolors=face, edgecolors=edge, linewidths=0.5)

@@ -76,8 +76,8 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
         for place, (title, part) in enumerate(panels):
             axes = figure.add_subplot(rows, columns, place + 1)
             axes.set_title(title)
-            _draw_panel(axes, part)
-            if _is_plane(part):
+            _draw_panel(axes, part, as_map=bool(curves))
+            if _is_plane(part, as_map=bool(curves)):
                 here = [curve for curve in curves if belongs(curve, part)]
                 missing = [curve for curve in missing if not any(curve is each for each in here)]
                 looks |= {str(look.get_label()): look for look in _lay_over(axes, part, here)}
@@ -118,14 +118,14 @@ def _panels(dataset: "xarray.Dataset") -> Iterator[tuple[str, "xarray.Dataset"]]
         yield title, part
 
 
-def _draw_panel(axes: Axes, part: "xarray.Dataset") -> None:
+def _draw_panel(axes: Axes, part: "xarray.Dataset", *, as_map: bool = False) -> None:
     dims = [str(dim) for dim in part["verdict"].dims]
     names = [name for name in axis_names(part) if part[name].ndim == 1]
     if dims == ["point"] and len(names) >= 2:
         _draw_points(axes, part, names[:2])
     elif len(dims) == 1:
         draw_curve(axes, part, names[0], label=None)
-    elif part.sizes[dims[0]] <= CURVES:
+    elif not _is_plane(part, as_map=as_map):
         for i in range(part.sizes[dims[0]]):
             row = part.isel({dims[0]: i})
             label = f"{_shown(row, dims[0]):.4g} {_unit(row, dims[0])}" if dims[0] in row.coords else str(i)
@@ -135,10 +135,10 @@ def _draw_panel(axes: Axes, part: "xarray.Dataset") -> None:
         _draw_map(axes, part, _along(part, dims[0]), _along(part, dims[1]))
 
 
-def _is_plane(part: "xarray.Dataset") -> bool:
-    """Whether a panel is drawn over two inputs, as points or as a map."""
+def _is_plane(part: "xarray.Dataset", *, as_map: bool) -> bool:
+    """Whether a panel is drawn over two inputs, as points or as a map; ``as_map`` even where curves would do."""
     dims = part["verdict"].dims
-    return dims == ("point",) or (len(dims) == 2 and part.sizes[dims[0]] > CURVES)
+    return dims == ("point",) or (len(dims) == 2 and (as_map or part.sizes[dims[0]] > CURVES))
 
 
 def _along(part: "xarray.Dataset", dim: str) -> str:

@@ -4,6 +4,7 @@ from helimag.sweeps.boundary import BoundaryLine, boundary_line
 from helimag.sweeps.compute import Outcome, Reason
 from helimag.sweeps.design import Design, resolve
 from helimag.sweeps.export import axis_names, counts, export, load_sweep
+from helimag.sweeps.nodes import Nodes, nodes_of
 from helimag.sweeps.plan import Axis, Boundary, Plan, Sampling, load_plan, parse_plan
 from helimag.sweeps.run import Progress, sweep
 from helimag.sweeps.trial import Estimate, estimate
@@ -14,6 +15,7 @@ __all__ = [
     "BoundaryLine",
     "Design",
     "Estimate",
+    "Nodes",
     "Outcome",
     "Plan",
     "Progress",
@@ -26,6 +28,7 @@ __all__ = [
     "export",
     "load_plan",
     "load_sweep",
+    "nodes_of",
     "parse_plan",
     "resolve",
     "sweep",

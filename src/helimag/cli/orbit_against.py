@@ -1,0 +1,111 @@
+"""The command orbit against: verdicts of a sweep beside the orbits of its inputs."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from helimag.cli._orbit_reports import files_report, print_files
+from helimag.cli._shared import Json, Outputs, check_outputs, print_json, progress_bar, write_outputs
+from helimag.errors import InputError
+
+if TYPE_CHECKING:
+    from helimag.orbits import BoundaryCurve, Case, Comparison
+    from helimag.scenario import Scenario
+    from helimag.sweeps import Nodes
+
+
+def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
+    """Set the verdicts of a sweep beside the orbits of its inputs, and explain each that does not agree.
+
+    Parameters
+    ----------
+    store
+        A sweep's store (.zarr) whose points lie on a grid.
+    """
+    check_outputs(output)
+    from helimag import orbits
+    from helimag.sweeps import load_sweep, nodes_of
+
+    dataset = load_sweep(store)
+    nodes = nodes_of(dataset)
+    with progress_bar(f"orbits of {store.name}") as progress:
+        result = orbits.compare_with_orbits(nodes.scenario_at, nodes.verdicts, progress=progress)
+    base = nodes.base
+    if output:
+        curves = _boundary(nodes, result)
+        write_outputs(
+            output,
+            lambda _: _draw(dataset, curves),
+            lambda: orbits.comparison_dataset(result, base, nodes.axes),
+        )
+    if json:
+        print_json(_report(nodes, result) | files_report(output))
+        return
+    print(f"{store.name}: {result.text}")
+    for case in result.cases:
+        place = ", ".join(_shown(base, field, value) for field, value in nodes.values_at(case.node).items())
+        edge = "" if result.away[case.node] else " (beside the boundary)"
+        print(f"  {place}{edge}: {case.text}")
+    print_files(output)
+
+
+def _draw(dataset: Any, curves: "list[BoundaryCurve]") -> Any:
+    from helimag.plots.sweeps import draw_sweep
+
+    return draw_sweep(dataset, curves=curves)
+
+
+def _boundary(nodes: "Nodes", result: "Comparison") -> "list[BoundaryCurve]":
+    """Where stability ends, of a sweep over two numbers; none of any other."""
+    import numpy as np
+
+    from helimag.orbits import StabilityMap, boundary_of
+
+    if len(nodes.axes) != 2 or len(result.growth.shape) != 2:
+        return []
+    (first, firsts), (second, seconds) = nodes.axes.items()
+    if not all(isinstance(value, float) for value in (*firsts, *seconds)):
+        return []
+    values = np.asarray(firsts, float), np.asarray(seconds, float)
+    if min(v.size for v in values) < 2 or not all(np.all(np.diff(v) > 0.0) for v in values):
+        return []
+    with progress_bar("following the boundary of stability") as progress:
+        chart = StabilityMap(nodes.base, (first, second), values, result.growth, result.swing, result.states)
+        return boundary_of(chart, progress=progress)
+
+
+def _shown(base: "Scenario", field: str, value: float | str) -> str:
+    from helimag.orbits import Input
+
+    if isinstance(value, str):
+        return value
+    try:
+        return Input(field).show(base, value)
+    except InputError:
+        return f"{field} {value:g}"
+
+
+def _report(nodes: "Nodes", result: "Comparison") -> dict[str, Any]:
+    def case(one: "Case") -> dict[str, Any]:
+        return {
+            "inputs": nodes.values_at(one.node),
+            "verdict": str(one.verdict),
+            "stable": one.stable,
+            "later_verdict": str(one.later),
+            "later_end_s": one.later_end,
+            "why": str(one.why),
+            "away_from_boundary": bool(result.away[one.node]),
+        }
+
+    return {
+        "nodes": result.verdicts.size,
+        "away_from_boundary": int(result.away.sum()),
+        "decided": int(result.decided.sum()),
+        "agreement": _number(result.share()),
+        "agreement_beside_orbit": _number(result.share(beside=True)),
+        "cases": [case(one) for one in result.cases],
+    }
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else value

@@ -1,0 +1,322 @@
+"""Commands about what is around an orbit: the map over two inputs, the slow flow, and the basin of attraction."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from helimag.cli._orbit_reports import (
+    files_report,
+    flow_report,
+    print_basin,
+    print_files,
+    print_flow,
+    print_map,
+)
+from helimag.cli._shared import (
+    Changes,
+    Json,
+    Outputs,
+    ScenarioName,
+    check_outputs,
+    input_range,
+    print_json,
+    progress_bar,
+    scenario_from,
+    write_outputs,
+)
+from helimag.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from helimag.orbits import Orbit, SlowFlow
+    from helimag.orbits.averaging import AveragingError
+    from helimag.scenario import Scenario
+
+    Floats = NDArray[np.float64]
+    Report = Callable[[float], None]
+
+REACH = 0.36  # of the distance: how far a box goes from the orbit on each side
+STARTS = 9  # a side, of the basin that the flow's picture shows
+OFF = (0.25, 0.6)  # of the way from the orbit to the box's face: where the averaging error is measured from
+COMPARED = 1800.0  # s, of those runs
+MARGIN = 1.5  # the averaged engine's flow reaches this much farther than the basin's box, so that paths may return
+ENGINE_NODES = 15  # of that flow
+DEFAULT_STARTS = {"full": 7, "averaged": 11}  # a side
+
+Box = Annotated[
+    str | None,
+    Parameter(
+        allow_leading_hyphen=True,
+        help="How far to go from the orbit on each side, such as '50 mm', or ranges of x, y and z in the moving frame, "
+        "such as '-60 mm..40 mm, -70 mm..40 mm, -60 mm..40 mm'. Default: 0.36 of drive.distance on each side.",
+    ),
+]
+
+
+def map_(
+    scenario: ScenarioName,
+    *,
+    vary: Annotated[
+        list[str],
+        Parameter(
+            negative="",
+            consume_multiple=False,
+            help='An input with its range, such as --vary drive.pitch="4 deg..20 deg". To be given twice.',
+        ),
+    ],
+    changes: Changes = None,
+    nodes: int = 40,
+    output: Outputs = None,
+    json: Json = False,
+) -> None:
+    """Map where an orbit is stable over two inputs, with the exact boundary.
+
+    Parameters
+    ----------
+    nodes
+        Values of each input.
+    """
+    if len(vary) != 2:
+        raise InputError(f"--vary must be given twice, with two inputs and their ranges; got {len(vary)}")
+    _at_least("--nodes", nodes, 2)
+    check_outputs(output)
+    import numpy as np
+
+    from helimag import orbits
+
+    chosen = scenario_from(scenario, changes)
+    spans = [_span(chosen, text) for text in vary]
+    if spans[0][0] == spans[1][0]:
+        raise InputError(f"--vary must name two different inputs; got {spans[0][0]} twice")
+    grids = [(path, np.linspace(low, high, nodes)) for path, (low, high) in spans]
+    with progress_bar(f"mapping {chosen.name}") as progress:
+        result = orbits.stability_map(
+            chosen, grids[0], grids[1], seeds=_seeds(chosen, spans), progress=_part(progress, 0.0, 0.5)
+        )
+        curves = orbits.boundary_of(result, progress=_part(progress, 0.5, 1.0))
+    write_outputs(
+        output, lambda plots: plots.draw_stability(result, curves), lambda: orbits.map_dataset(result, curves)
+    )
+    print_map(result, curves, output, json)
+
+
+def flow(
+    scenario: ScenarioName,
+    *,
+    changes: Changes = None,
+    box: Box = None,
+    nodes: int = 13,
+    output: Outputs = None,
+    json: Json = False,
+) -> None:
+    """Work out the slow flow around an orbit: how the device drifts, where it stands still, and how exact that is.
+
+    Parameters
+    ----------
+    nodes
+        Of the flow's grid along each side.
+    """
+    _at_least("--nodes", nodes, 4)
+    check_outputs(output)
+    from helimag import orbits
+
+    chosen = scenario_from(scenario, changes)
+    span = _read_box(box)
+    with progress_bar(f"slow flow of {chosen.name}") as progress:
+        orbit = _orbit(chosen)
+        low, high = _corners(span, orbit)
+        shape = nodes, nodes, nodes
+        result = orbits.slow_flow(orbit, low=low, high=high, shape=shape, progress=_part(progress, 0.02, 0.6))
+        points = orbits.fixed_points(result)
+        progress(0.62)
+        listed = orbits.list_orbits(chosen, low=list(low), high=list(high))
+        pairs = orbits.counterparts(points, listed, result)
+        progress(0.85)
+        errors = _averaging_errors(result, orbit)
+        progress(0.9)
+        caught = None
+        if orbit.stable:
+            starts = STARTS, STARTS, STARTS
+            caught = orbits.basin(
+                orbit, low=low, high=high, shape=starts, flow=result, progress=_part(progress, 0.9, 1.0)
+            )
+    write_outputs(
+        output,
+        lambda plots: plots.draw_flow(result, orbit, caught, fixed_points=points),
+        lambda: orbits.flow_dataset(result, pairs),
+    )
+    report = flow_report(result, orbit, pairs, len(listed), errors)
+    if json:
+        print_json(report | files_report(output))
+    else:
+        print_flow(result.scenario.name, orbit, report)
+        print_files(output)
+
+
+def basin(
+    scenario: ScenarioName,
+    *,
+    changes: Changes = None,
+    engine: Literal["full", "averaged"] = "full",
+    box: Box = None,
+    nodes: int | None = None,
+    duration: str | None = None,
+    check: int = 60,
+    output: Outputs = None,
+    json: Json = False,
+) -> None:
+    """Find from which places a device that is let go comes to the stable orbit: volume, tally and picture.
+
+    Parameters
+    ----------
+    engine
+        "full" runs, or the "averaged" model: faster, less exact, and held against full runs from some of the starts.
+    nodes
+        Starts along each side; default 7 with full runs, 11 with the averaged model.
+    duration
+        Of each run, such as "2400 s"; default the orbit's longest decay time, within 1200 s and 20,000 s.
+    check
+        How many starts of the averaged model are also judged by full runs.
+    """
+    starts = DEFAULT_STARTS[engine] if nodes is None else nodes
+    _at_least("--nodes", starts, 2)
+    _at_least("--check", check, 1)
+    check_outputs(output)
+    from helimag import orbits
+
+    chosen = scenario_from(scenario, changes)
+    lasting = _duration(duration)
+    span = _read_box(box)
+    shape = starts, starts, starts
+    with progress_bar(f"basin of {chosen.name}") as progress:
+        orbit = _orbit(chosen)
+        low, high = _corners(span, orbit)
+        compared = None
+        if not orbit.stable:
+            raise InputError(f"a basin needs a stable orbit; this one is not: {orbit.text}")
+        if engine == "full":
+            caught = orbits.basin(
+                orbit, low=low, high=high, shape=shape, duration=lasting, progress=_part(progress, 0.02, 1.0)
+            )
+        else:
+            wide = _engine(orbit, low, high, _part(progress, 0.02, 0.5))
+            caught = orbits.basin(
+                orbit,
+                low=low,
+                high=high,
+                shape=shape,
+                duration=lasting,
+                flow=wide,
+                progress=_part(progress, 0.5, 0.65),
+            )
+            compared = orbits.agreement(caught, starts=check, progress=_part(progress, 0.65, 1.0))
+    write_outputs(output, lambda plots: plots.draw_basin(caught), lambda: orbits.basin_dataset(caught, compared))
+    print_basin(caught, compared, (low, high), output, json)
+
+
+def _at_least(option: str, given: int, least: int) -> None:
+    if given < least:
+        raise InputError(f"{option} must be at least {least}; got {given}")
+
+
+def _part(progress: "Report", begin: float, end: float) -> "Report":
+    """Progress of a part of the work, as a share of all of it."""
+    return lambda done: progress(begin + (end - begin) * done)
+
+
+def _span(scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
+    """One --vary as path and range, both ends of which the scenario can have."""
+    from helimag.orbits import Input
+
+    path, (low, high) = input_range("--vary", scenario, text)
+    if not low < high:
+        raise InputError(f"--vary must have a range from low to high; got {text!r}")
+    for end in (low, high):
+        Input(path).changed(scenario, end)
+    return path, (low, high)
+
+
+def _seeds(scenario: "Scenario", spans: list[tuple[str, tuple[float, float]]]) -> "list[Orbit]":
+    """The scenario's own orbit, where its inputs are on the map."""
+    from helimag import orbits
+
+    inside = all(low <= orbits.Input(path).value(scenario) <= high for path, (low, high) in spans)
+    return [orbits.find_orbit(scenario, thorough=False)] if inside else []
+
+
+def _duration(text: str | None) -> float | None:
+    from helimag import quantities
+
+    if text is None:
+        return None
+    value = quantities.parse(text, quantities.TIME)
+    if not value > 0.0:
+        raise InputError(f"--duration must be positive; got '{text}'")
+    return value
+
+
+def _read_box(text: str | None) -> "float | tuple[Floats, Floats] | None":
+    """A box as how far it reaches (m), as corners (m), or None where it is left to the command."""
+    import numpy as np
+
+    from helimag import quantities as q
+
+    if text is None:
+        return None
+    if ".." not in text:
+        reach = q.parse(text, q.LENGTH)
+        if not reach > 0.0:
+            raise InputError(f"--box must reach farther than nothing; got '{text}'")
+        return reach
+    ends = [side.split("..") for side in text.split(",")]
+    if len(ends) != 3 or any(len(pair) != 2 for pair in ends):
+        raise InputError(
+            f"--box must have three ranges such as '-60 mm..40 mm, -70 mm..40 mm, 0 mm..40 mm'; got '{text}'"
+        )
+    low, high = np.array([[q.parse(end.strip(), q.LENGTH) for end in pair] for pair in ends]).T
+    if not np.all(low < high):
+        raise InputError(f"--box must have ranges from low to high; got '{text}'")
+    return low, high
+
+
+def _corners(span: "float | tuple[Floats, Floats] | None", orbit: "Orbit") -> "tuple[Floats, Floats]":
+    if isinstance(span, tuple):
+        return span
+    reach = REACH * orbit.scenario.drive.distance if span is None else span
+    return orbit.position - reach, orbit.position + reach
+
+
+def _orbit(scenario: "Scenario") -> "Orbit":
+    from helimag import orbits
+
+    found = orbits.find_orbit(scenario)
+    if not found.found:
+        raise InputError(f"{scenario.name} has no orbit that this could be around: {found.text}")
+    return found
+
+
+def _engine(orbit: "Orbit", low: "Floats", high: "Floats", progress: "Report") -> "SlowFlow":
+    from helimag import orbits
+
+    middle, half = (low + high) / 2.0, MARGIN * (high - low) / 2.0
+    shape = ENGINE_NODES, ENGINE_NODES, ENGINE_NODES
+    return orbits.slow_flow(orbit, low=middle - half, high=middle + half, shape=shape, progress=progress)
+
+
+def _averaging_errors(flow: "SlowFlow", orbit: "Orbit") -> "list[tuple[float, AveragingError]]":
+    """Averaged model beside full runs from nodes of the grid off the orbit along x, and how far off (m) those are."""
+    import numpy as np
+
+    from helimag import orbits
+
+    errors = []
+    for share in OFF:
+        place = orbit.position + share * np.array([flow.axes[0][-1] - orbit.position[0], 0.0, 0.0])
+        node = np.array([axis[np.argmin(np.abs(axis - x))] for axis, x in zip(flow.axes, place, strict=True)])
+        if np.isfinite(flow.at(node[None])).all():
+            off = float(np.linalg.norm(node - orbit.position))
+            errors.append((off, orbits.averaging_error(flow, node, COMPARED)))
+    return errors

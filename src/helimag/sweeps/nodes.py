@@ -1,0 +1,75 @@
+"""A finished sweep's grid, node by node: the scenario that was run there, and its verdict."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import InputError
+from helimag.scenario import Scenario, parse
+from helimag.sweeps.compute import Outcome, label
+from helimag.sweeps.design import resolve
+from helimag.sweeps.plan import parse_plan
+
+if TYPE_CHECKING:
+    import xarray
+
+RUN = (Outcome.BOUNDED, Outcome.DRIFTING, Outcome.ATTRACTED, Outcome.FELL, Outcome.WALL_LIMITED)
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Nodes of a sweep over a grid.
+
+    Attributes
+    ----------
+    base
+        What the runs have in common.
+    axes
+        Values of each swept field, SI or text.
+    verdicts
+        Of the grid's shape, text; empty where a run failed or is missing.
+    scenario_at
+        The scenario of an index; None where the values make none.
+    values_at
+        The swept fields of an index and their values, SI or text.
+    """
+
+    base: Scenario
+    axes: dict[str, tuple[float | str, ...]]
+    verdicts: NDArray[np.str_]
+    scenario_at: Callable[[tuple[int, ...]], Scenario | None]
+    values_at: Callable[[tuple[int, ...]], dict[str, float | str]]
+
+
+def nodes_of(dataset: "xarray.Dataset") -> Nodes:
+    """Nodes of a sweep, as opened by :func:`helimag.load_sweep`.
+
+    Raises
+    ------
+    InputError
+        Where the sweep's points are not on a grid.
+    """
+    plan = parse_plan(dataset.attrs["plan"])
+    if plan.sample is not None or plan.boundary is not None:
+        raise InputError("the sweep's points must lie on a grid; this plan samples them or chooses them on the way")
+    base = parse(dataset.attrs["scenario"])
+    design = resolve(plan.model_copy(update={"base": base, "changes": {}, "duration": None}))
+    flags = dataset["verdict"].transpose(*design.shape).values
+
+    def values_at(index: tuple[int, ...]) -> dict[str, float | str]:
+        at = dict(zip(design.shape, index, strict=True))
+        return {axis.field: axis.values[at[axis.dimension]] for axis in design.axes}
+
+    def scenario_at(index: tuple[int, ...]) -> Scenario | None:
+        try:
+            return design.scenario(values_at(index))
+        except InputError:
+            return None
+
+    names = {int(outcome): label(outcome) if outcome in RUN else "" for outcome in Outcome}
+    verdicts = np.vectorize(names.__getitem__, otypes=[str])(flags)
+    axes = {axis.field: axis.values for axis in design.axes}
+    return Nodes(base, axes, verdicts, scenario_at, values_at)
