@@ -32,17 +32,19 @@ CLOSE = 0.02  # relative; the runs shown are sensitive to rounding, which differ
 
 
 class Block(NamedTuple):
-    """A fenced block of a page."""
+    """A fenced block of a page; ``saved_as`` is the file's name where the line before says "Save as"."""
 
     language: str
     text: str
     line: int
+    saved_as: str | None
 
 
 def blocks(page: Path) -> Iterator[Block]:
     text = (ROOT / page).read_text(encoding="utf-8")
-    for match in re.finditer(r"^( *)```([\w-]+)\n(.*?)^\1```", text, flags=re.MULTILINE | re.DOTALL):
-        yield Block(match[2], match[3], text.count("\n", 0, match.start()) + 1)
+    fence = r"(?:^Save as `([^`]+)`:\n\n)?^( *)```([\w-]+)\n(.*?)^\2```"
+    for match in re.finditer(fence, text, flags=re.MULTILINE | re.DOTALL):
+        yield Block(match[3], match[4], text.count("\n", 0, match.start()) + 1, match[1])
 
 
 def commands(block: Block) -> Iterator[tuple[str, str]]:
@@ -103,7 +105,9 @@ def test_page_runs_as_written(name: str, tmp_path: Path, monkeypatch: pytest.Mon
     printed = ""
     for block in blocks(page):
         where = f"{page}:{block.line}"
-        if block.language == "python":
+        if block.saved_as is not None:
+            Path(block.saved_as).write_text(block.text, encoding="utf-8")
+        elif block.language == "python":
             out = io.StringIO()
             with contextlib.redirect_stdout(out):
                 exec(compile(block.text, where, "exec"), space)
