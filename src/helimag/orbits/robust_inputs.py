@@ -43,7 +43,9 @@ class Design:
     Attributes
     ----------
     orbit
-        Of the designed scenario, stable.
+        Stable.
+    scenario
+        The designed one, as long as the runs that check it.
     intervals
         Where it stays stable as one input varies.
     tolerances
@@ -52,21 +54,19 @@ class Design:
         How many of the perturbed full runs ended how.
     on_orbit
         Whether those runs began on the orbit (the scenario's own start does not lead to it) instead of at the start.
-    duration
-        Of those runs, s.
     """
 
     orbit: Orbit
+    scenario: Scenario
     intervals: dict[str, Interval]
     tolerances: dict[str, float]
     verdicts: dict[Verdict, int]
     on_orbit: bool
-    duration: float
 
     @property
-    def scenario(self) -> Scenario:
-        """The scenario with the designed inputs."""
-        return self.orbit.scenario
+    def duration(self) -> float:
+        """Of the runs, s."""
+        return self.scenario.run.duration
 
     @property
     def bounded(self) -> int:
@@ -127,17 +127,19 @@ def design(
     report = progress or (lambda _: None)
     samples = task.stable_samples()
     report(0.2)
-    best: tuple[float, Orbit, dict[str, Interval]] | None = None
+    found: list[tuple[bool, float, Orbit, dict[str, Interval]]] = []
     for done, orbit in enumerate(task.candidates(samples)):
         polished = task.polished(orbit)
-        if polished is not None and (best is None or polished[0] > best[0]):
-            best = polished
+        if polished is not None:
+            found.append((task.settles(polished[1]), *polished))
         report(0.2 + 0.5 * (done + 1) / CANDIDATES)
-    if best is None:
+    if not found:
         raise RunError(
             f"no stable orbit {task.wish} was found within the limits: widen them, or ask for another speed or radius"
         )
-    return task.checked(best[1], best[2], runs, lambda done: report(0.7 + 0.3 * done))
+    # an orbit that the device comes to from the scenario's start is worth more than one with wider margins
+    settles, _, orbit, intervals = max(found, key=lambda each: each[:2])
+    return task.checked(orbit, intervals, runs, not settles, lambda done: report(0.7 + 0.3 * done))
 
 
 class _Task:
@@ -313,13 +315,20 @@ class _Task:
                 return None
         return self.fitted(orbit)
 
+    def settles(self, orbit: Orbit) -> bool:
+        """Whether a run from the scenario's own start stays bounded."""
+        return advance([_long_run(orbit)])[0].judge().verdict is Verdict.BOUNDED
+
     def checked(
-        self, orbit: Orbit, intervals: dict[str, Interval], runs: int, report: Callable[[float], None]
+        self,
+        orbit: Orbit,
+        intervals: dict[str, Interval],
+        runs: int,
+        on_orbit: bool,
+        report: Callable[[float], None],
     ) -> Design:
         """The largest tolerances, as a common share of the margins, within which all perturbed runs stay bounded."""
-        duration = float(np.clip(-4.0 / orbit.growth, SHORTEST_RUN, LONGEST_RUN))
-        scenario = orbit.scenario.replaced({"run.duration": duration, "run.interval": None})
-        on_orbit = advance([scenario])[0].judge().verdict is not Verdict.BOUNDED
+        scenario = _long_run(orbit)
         margins = np.array([interval.margin for interval in intervals.values()])
         here = np.array([given.value(scenario) for given in self.inputs])
         for count, share in enumerate(SHARES):
@@ -329,7 +338,7 @@ class _Task:
             verdicts = self._perturbed_runs(orbit, scenario, here, share * margins, runs, on_orbit)
             if verdicts.get(Verdict.BOUNDED, 0) == runs:
                 tolerances = dict(zip(intervals, (share * margins).tolist(), strict=True))
-                return Design(orbit, intervals, tolerances, verdicts, on_orbit, duration)
+                return Design(orbit, scenario, intervals, tolerances, verdicts, on_orbit)
         raise RunError(
             f"no tolerances keep all of {runs} perturbed runs bounded, down to {SHARES[-1]:.2f} of the margins; "
             f"the orbit itself is {orbit.text}"
@@ -373,3 +382,9 @@ class _Task:
             if set(verdicts) != {Verdict.BOUNDED}:
                 break
         return verdicts
+
+
+def _long_run(orbit: Orbit) -> Scenario:
+    """The orbit's scenario, as long as the device takes to settle on it."""
+    duration = float(np.clip(-4.0 / orbit.growth, SHORTEST_RUN, LONGEST_RUN))
+    return orbit.scenario.replaced({"run.duration": duration, "run.interval": None})
