@@ -25,6 +25,8 @@ POLISHES = 3  # moves of a candidate to the middle of its intervals
 WITHIN = 1e-6  # of the wanted value
 SHARES = tuple(0.9 * 0.85**i for i in range(12))  # of the margins, tried as tolerances that hold together
 RUNS = 200
+FIRST_LOOK = 1800.0  # s, of runs that tell whether devices settle from the scenario's start
+FIRST_RUNS = 8  # made before more are, twice as many each time: most tolerances that are too wide show in these
 TOGETHER = 64  # inputs perturbed at once for which a stable orbit is asked before the full runs
 LONGEST_RUN, SHORTEST_RUN = 6000.0, 1800.0  # s
 CIRCULAR = {
@@ -125,21 +127,33 @@ def design(
     """
     task = _Task(scenario, limits, {"speed": speed, "radius": radius}, seed)
     report = progress or (lambda _: None)
-    samples = task.stable_samples()
-    report(0.2)
-    found: list[tuple[bool, float, Orbit, dict[str, Interval]]] = []
-    for done, orbit in enumerate(task.candidates(samples)):
-        polished = task.polished(orbit)
-        if polished is not None:
-            found.append((task.settles(polished[1]), *polished))
-        report(0.2 + 0.5 * (done + 1) / CANDIDATES)
-    if not found:
+    samples, unstable = task.stable_samples()
+    report(0.15)
+    settling, unsettled = task.settling(samples, unstable)
+    report(0.3)
+    tried: list[Orbit] = []
+    # from the scenario's own start, where devices settle from there far and wide; else from the orbit
+    for on_orbit, chosen, avoided in ((False, settling, unsettled), (True, samples, unstable)):
+        begin = 0.65 if on_orbit else 0.3
+        found = []
+        for count, orbit in enumerate(task.candidates(chosen, avoided)):
+            polished = task.polished(orbit, POLISHES if on_orbit else 0)
+            found += [] if polished is None else [polished]
+            report(begin + 0.2 * (count + 1) / CANDIDATES)
+        for count, (_, orbit, intervals) in enumerate(sorted(found, key=lambda each: -each[0])):
+            report(begin + 0.2 + 0.15 * count / len(found))
+            checked = task.checked(orbit, intervals, runs, on_orbit)
+            if checked is not None:
+                return checked
+            tried.append(orbit)
+    if not tried:
         raise RunError(
             f"no stable orbit {task.wish} was found within the limits: widen them, or ask for another speed or radius"
         )
-    # an orbit that the device comes to from the scenario's start is worth more than one with wider margins
-    settles, _, orbit, intervals = max(found, key=lambda each: each[:2])
-    return task.checked(orbit, intervals, runs, not settles, lambda done: report(0.7 + 0.3 * done))
+    raise RunError(
+        f"no tolerances keep all of {runs} perturbed runs bounded, down to {SHARES[-1]:.2f} of the margins, around any "
+        f"of {len(tried)} orbits; the last is {tried[-1].text}"
+    )
 
 
 class _Task:
@@ -187,8 +201,8 @@ class _Task:
     def shares(self, scenario: Scenario) -> Floats:
         return np.asarray((np.array([given.value(scenario) for given in self.inputs]) - self.low) / self.span)
 
-    def stable_samples(self) -> list[tuple[Floats, Orbit]]:
-        """Stable orbits over the box of inputs: quasi-random places, each sought from the nearest that is known."""
+    def stable_samples(self) -> tuple[list[tuple[Floats, Orbit]], Floats]:
+        """Stable orbits over the box of inputs, and places without: each sought from the nearest that is known."""
         from scipy.stats import qmc
 
         points = qmc.Sobol(len(self.inputs), seed=self.random).random(SAMPLES)
@@ -212,26 +226,36 @@ class _Task:
             if len(left) == len(open_) or not left:
                 break
             open_ = left
-        self.unstable = points[open_]
-        return known
+        return known, points[open_]
 
-    def candidates(self, samples: list[tuple[Floats, Orbit]]) -> list[Orbit]:
-        """Orbits with the wanted values, those first that lie far from all places without a stable orbit."""
+    def settling(
+        self, samples: list[tuple[Floats, Orbit]], unstable: Floats
+    ) -> tuple[list[tuple[Floats, Orbit]], Floats]:
+        """Those of the samples whose runs from the scenario's start are bounded, and all other places."""
+        if not samples:
+            return [], unstable
+        runs = [orbit.scenario.replaced({"run.duration": FIRST_LOOK, "run.interval": None}) for _, orbit in samples]
+        bounded = [history.judge().verdict is Verdict.BOUNDED for history in advance(runs)]
+        others = [place for (place, _), fine in zip(samples, bounded, strict=True) if not fine]
+        return [each for each, fine in zip(samples, bounded, strict=True) if fine], np.array([*unstable, *others])
+
+    def candidates(self, samples: list[tuple[Floats, Orbit]], avoided: Floats) -> list[Orbit]:
+        """Orbits with the wanted values, those first that lie far from all places to be avoided."""
         solved = []
         near = sorted(samples, key=lambda sample: self._miss(sample[1]))[: 6 * CANDIDATES]
         for _, orbit in near:
             fitted = self.fitted(orbit)
             if fitted is not None:
                 solved.append(fitted)
-        return sorted(solved, key=lambda orbit: -self._room(orbit))[:CANDIDATES]
+        return sorted(solved, key=lambda orbit: -self._room(orbit, avoided))[:CANDIDATES]
 
-    def _room(self, orbit: Orbit) -> float:
-        """Distance to the nearest place without a stable orbit, or to the limits, in shares."""
+    def _room(self, orbit: Orbit, avoided: Floats) -> float:
+        """Distance to the nearest place to be avoided, or to the limits, in shares."""
         place = self.shares(orbit.scenario)
         edge = float(np.minimum(place, 1.0 - place).min())
-        if len(self.unstable) == 0:
+        if len(avoided) == 0:
             return edge
-        return min(float(np.linalg.norm(self.unstable - place, axis=1).min()), 2.0 * edge)
+        return min(float(np.linalg.norm(avoided - place, axis=1).min()), 2.0 * edge)
 
     def _miss(self, orbit: Orbit) -> float:
         return max((abs(math.log(getattr(orbit, name) / value)) for name, value in self.wanted.items()), default=0.0)
@@ -280,14 +304,14 @@ class _Task:
         """The least share of an input's range between the orbit and an end of its stable interval."""
         return min(float(interval.margin / span) for interval, span in zip(intervals.values(), self.span, strict=True))
 
-    def polished(self, orbit: Orbit) -> tuple[float, Orbit, dict[str, Interval]] | None:
-        """The orbit moved towards the middle of its intervals while its least margin grows; None where it has none."""
+    def polished(self, orbit: Orbit, moves: int) -> tuple[float, Orbit, dict[str, Interval]] | None:
+        """Least margin, orbit and intervals, moved to their middle while that margin grows; None where it has none."""
         try:
             intervals = self.intervals(orbit)
         except InputError:
             return None
         margin, share = self.margin(intervals), 0.7
-        for _ in range(POLISHES):
+        for _ in range(moves):
             place = self.shares(orbit.scenario)
             middle = (np.array([(i.low + i.high) / 2.0 for i in intervals.values()]) - self.low) / self.span
             target = place + share * (middle - place)
@@ -315,34 +339,25 @@ class _Task:
                 return None
         return self.fitted(orbit)
 
-    def settles(self, orbit: Orbit) -> bool:
-        """Whether a run from the scenario's own start stays bounded."""
-        return advance([_long_run(orbit)])[0].judge().verdict is Verdict.BOUNDED
-
     def checked(
         self,
         orbit: Orbit,
         intervals: dict[str, Interval],
         runs: int,
         on_orbit: bool,
-        report: Callable[[float], None],
-    ) -> Design:
-        """The largest tolerances, as a common share of the margins, within which all perturbed runs stay bounded."""
+    ) -> Design | None:
+        """The design with the largest tolerances, as a common share of the margins, that keep all runs bounded."""
         scenario = _long_run(orbit)
         margins = np.array([interval.margin for interval in intervals.values()])
         here = np.array([given.value(scenario) for given in self.inputs])
-        for count, share in enumerate(SHARES):
-            report(count / len(SHARES))
+        for share in SHARES:
             if not self._stable_together(orbit, here, share * margins):
                 continue
             verdicts = self._perturbed_runs(orbit, scenario, here, share * margins, runs, on_orbit)
             if verdicts.get(Verdict.BOUNDED, 0) == runs:
                 tolerances = dict(zip(intervals, (share * margins).tolist(), strict=True))
                 return Design(orbit, scenario, intervals, tolerances, verdicts, on_orbit)
-        raise RunError(
-            f"no tolerances keep all of {runs} perturbed runs bounded, down to {SHARES[-1]:.2f} of the margins; "
-            f"the orbit itself is {orbit.text}"
-        )
+        return None
 
     def _perturbed(self, here: Floats, half: Floats, signs: Floats) -> list[Scenario]:
         result = []
@@ -373,14 +388,14 @@ class _Task:
         signs = self.random.uniform(-1.0, 1.0, (runs, len(here)))
         scenarios = [changed.replaced(time) for changed in self._perturbed(here, half, signs)]
         verdicts: dict[Verdict, int] = {}
-        for begin in range(0, runs, 20):
-            part = scenarios[begin : begin + 20]
+        begin, many = 0, FIRST_RUNS
+        while begin < runs and set(verdicts) <= {Verdict.BOUNDED}:
+            part = scenarios[begin : begin + many]
             starts = np.repeat(orbit.state[None], len(part), axis=0) if on_orbit else None
             for history in advance(part, initial_states=starts):
                 verdict = history.judge().verdict
                 verdicts[verdict] = verdicts.get(verdict, 0) + 1
-            if set(verdicts) != {Verdict.BOUNDED}:
-                break
+            begin, many = begin + many, 2 * many
         return verdicts
 
 
