@@ -9,7 +9,7 @@ import helimag as hm
 from helimag.orbits import OrbitStatus, find_orbits, list_orbits, observed_growth
 from helimag.orbits import _chart as chart
 from helimag.orbits._problem import Problem
-from helimag.orbits._starts import strobed, to_lab, to_moving
+from helimag.orbits._starts import long_axes, strobed, to_lab, to_moving
 from helimag.orbits.growth import leading_direction
 from helimag.orbits.orbit import describe_rates
 from helimag.simulation import advance
@@ -197,3 +197,23 @@ def test_words_for_rates() -> None:
     text = describe_rates(np.array([-0.001 + 0.1j, -0.001 - 0.1j, -0.01, -5.0]))
     assert text == "a swing of period 62.83 s decays in 1000 s; a displacement decays in 100 s"
     assert describe_rates(np.array([0.02 + 0j]), 1) == "a displacement grows e-fold in 50 s"
+
+
+def test_walls_matter_where_the_device_comes(scenario: hm.Scenario, orbit: hm.Orbit) -> None:
+    """On its circle to all sides; where nothing turns, only where it is: its head there, its tail behind it."""
+    reach = np.hypot(*orbit.position[:2])
+    wide, tight = (scenario.replaced({"workspace.walls.x": [-r, r]}) for r in (4.0 * reach, 0.9 * reach))
+    assert hm.find_orbit(wide, near=orbit).stable
+    assert hm.find_orbit(tight, near=orbit).status is OrbitStatus.WALL_LIMITED
+    one_side = scenario.replaced({"workspace.walls.y": [-4.0 * reach, 0.9 * reach]})
+    assert hm.find_orbit(one_side, near=orbit).status is OrbitStatus.WALL_LIMITED
+    still = scenario.replaced({"drive.yaw_rate": 0.0})
+    found = hm.find_orbit(still)
+    x = found.position[0]
+    assert found.found
+    assert x < -0.1
+    (tip,) = found.position[:1] - 0.014 * long_axes(found.state[None])[:, 0]
+    beyond, between = (still.replaced({"workspace.walls.x": [at, 0.2]}) for at in (min(x, tip) - 2e-3, max(x, tip)))
+    assert hm.find_orbit(beyond, near=found).found
+    assert hm.find_orbit(between, near=found).status is OrbitStatus.WALL_LIMITED
+    assert hm.find_orbit(between.replaced({"drive.velocity": (1e-7, 0.0, 0.0)}), near=found).found

@@ -49,6 +49,7 @@ def test_branch_is_printed_and_drawn(monkeypatch, capsys, tmp_path):
         (["orbit", "paper/fig3c", "--vary", "drive.pitch"], "--from and --to"),
         (["orbit", "paper/fig3c", "--from", "8 deg"], "--vary"),
         (["orbit", "paper/fig3c", "-o", "x.png"], "--vary"),
+        (["orbit", "paper/fig3c", "--all", "--vary", "drive.pitch", "--from", "8 deg", "--to", "9 deg"], "--all lists"),
         (["orbit", *SCENARIO, "--vary", "drive.pith", "--from", "8 deg", "--to", "9 deg"], "not a field"),
         (["orbit", "paper/fig3c", "--set", 'drive.velocity=["1 mm/s","0 m/s","0 m/s"]'], "drive.yaw_rate"),
         (["design", "paper/fig3c", "--limit", "drive.pitch"], "--limit must be"),

@@ -284,7 +284,7 @@ def test_basin_by_the_averaged_model_says_how_far_to_trust_it(run, monkeypatch, 
     assert agreed["starts"] == 6 == sum(agreed[name] for name in ("both", "only_averaged", "only_full", "neither"))
     assert agreed["share"] == (agreed["both"] + agreed["neither"]) / 6
     assert agreed["interval"][0] <= agreed["share"] <= agreed["interval"][1]
-    run_too = data.end_by_full_run.values != 7
+    run_too = data.end_by_full_run.values != 8
     assert run_too.sum() == 6
     full = data.end_by_full_run.values[run_too] == 0
     assert (full == data.captured.values[run_too]).mean() == agreed["share"]

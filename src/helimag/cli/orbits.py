@@ -62,6 +62,8 @@ def orbit(
     stop
         Highest value.
     """
+    if every and vary is not None:
+        raise InputError("--all lists the orbits of one scenario, --vary follows them: leave one of them out")
     if output and vary is None:
         raise InputError("--output draws orbits along an input: name it with --vary")
     check_outputs(output)
