@@ -217,3 +217,14 @@ def test_walls_matter_where_the_device_comes(scenario: hm.Scenario, orbit: hm.Or
     assert hm.find_orbit(beyond, near=found).found
     assert hm.find_orbit(between, near=found).status is OrbitStatus.WALL_LIMITED
     assert hm.find_orbit(between.replaced({"drive.velocity": (1e-7, 0.0, 0.0)}), near=found).found
+
+
+def test_an_orbit_keeps_the_sign_of_the_quaternion_that_its_search_begins_with(orbit: hm.Orbit) -> None:
+    """Either sign is the same attitude; one that changed on the way would tear curves of states apart."""
+    by = np.array([[0.01, 0.0, -0.01, 0.05, 0.02, 0.0], [0.0, 0.02, 0.0, 0.0, 0.0, 0.04]])
+    near = chart.moved(np.repeat(orbit.state[None], 2, axis=0), by, np.full(2, 0.15))
+    near[1, 3:] *= -1.0
+    for begun, found in zip(near, find_orbits([orbit.scenario] * 2, near), strict=True):
+        assert found.found
+        assert found.iterations > 1
+        assert found.state[3:] @ begun[3:] > 0.9

@@ -264,11 +264,16 @@ def averaged_paths(
 
 
 def averaged_rates(flow: SlowFlow, orbit: Orbit) -> NDArray[np.complex128]:
-    """Eigenvalues (3,) of the averaged model at an orbit (1/s), leading first: compare with its slowest rates."""
+    """Eigenvalues (3,) of the averaged model at an orbit (1/s), leading first: compare with its slowest rates.
+
+    They are nan where the flow is not known all around the orbit.
+    """
     step = 2e-3 * orbit.scenario.drive.distance
     offsets = step * np.eye(3)
     place = orbit.position
     columns = (flow.at(place + offsets) - flow.at(place - offsets)) / (2.0 * step)
+    if not np.isfinite(columns).all():
+        return np.full(3, np.nan, dtype=np.complex128)
     values = np.linalg.eigvals(columns.T).astype(np.complex128)
     return np.asarray(values[np.argsort(-values.real)])
 

@@ -1,6 +1,6 @@
 """Find orbits: from a neighbour, from a run, from a grid of places; one or many."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +22,13 @@ GRID = (5, 5, 7)  # starts of a list
 COARSE = (3, 3, 5)  # starts where a run led to no stable orbit
 
 
-def find_orbit(scenario: Scenario, *, near: "Orbit | Floats | None" = None, thorough: bool = True) -> Orbit:
+def find_orbit(
+    scenario: Scenario,
+    *,
+    near: "Orbit | Floats | None" = None,
+    thorough: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Orbit:
     """Find the orbit of a scenario: the run that repeats itself, turn of the magnet by turn, in the frame of the drive.
 
     Parameters
@@ -34,6 +40,8 @@ def find_orbit(scenario: Scenario, *, near: "Orbit | Floats | None" = None, thor
         states along a run, and where that leads to no stable orbit, on a grid of places around the magnet.
     thorough
         Whether to go on to the grid.
+    progress
+        Called with the fraction done of the run, which takes most of the time where the device is stiff.
 
     Returns
     -------
@@ -49,7 +57,7 @@ def find_orbit(scenario: Scenario, *, near: "Orbit | Floats | None" = None, thor
     problem = Problem([scenario])
     if near is not None:
         return _solved(problem, _state_of(near)[None])[0]
-    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES)
+    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES, progress=progress)
     states = run.states
     orbits = _distinct(_solved(problem, states, refine=False))
     if thorough and not any(orbit.stable for orbit in orbits):
@@ -70,6 +78,7 @@ def list_orbits(
     high: Sequence[float] | None = None,
     shape: tuple[int, int, int] = GRID,
     both_ways: bool = True,
+    progress: Callable[[float], None] | None = None,
 ) -> list[Orbit]:
     """All orbits that a grid of starts and a run lead to, the most stable first.
 
@@ -81,6 +90,8 @@ def list_orbits(
         Starts along x, y and z.
     both_ways
         Also begin with the device's nose pointing the other way along the field's axis.
+    progress
+        Called with the fraction done of the run.
     """
     problem = Problem([scenario])
     default = default_box(scenario, problem.arm[0])
@@ -92,7 +103,7 @@ def list_orbits(
     ):
         raise InputError("low and high must be corners of a box, three finite numbers each, low below high")
     starts = on_grid(problem, 0, corners[0], corners[1], shape, both_ways=both_ways)
-    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES)
+    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES, progress=progress)
     orbits = _distinct(_solved(problem, np.concatenate([starts, run.states]), refine=False))
     found = [
         _refined(problem, orbit)
