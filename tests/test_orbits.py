@@ -8,8 +8,9 @@ import pytest
 import helimag as hm
 from helimag.orbits import OrbitStatus, find_orbits, list_orbits, observed_growth
 from helimag.orbits import _chart as chart
+from helimag.orbits._newton import solve
 from helimag.orbits._problem import Problem
-from helimag.orbits._starts import long_axes, strobed, to_lab, to_moving
+from helimag.orbits._starts import default_box, long_axes, on_grid, strobed, to_lab, to_moving
 from helimag.orbits.growth import leading_direction
 from helimag.orbits.orbit import describe_rates
 from helimag.simulation import advance
@@ -221,10 +222,19 @@ def test_walls_matter_where_the_device_comes(scenario: hm.Scenario, orbit: hm.Or
 
 def test_an_orbit_keeps_the_sign_of_the_quaternion_that_its_search_begins_with(orbit: hm.Orbit) -> None:
     """Either sign is the same attitude; one that changed on the way would tear curves of states apart."""
-    by = np.array([[0.01, 0.0, -0.01, 0.05, 0.02, 0.0], [0.0, 0.02, 0.0, 0.0, 0.0, 0.04]])
-    near = chart.moved(np.repeat(orbit.state[None], 2, axis=0), by, np.full(2, 0.15))
-    near[1, 3:] *= -1.0
-    for begun, found in zip(near, find_orbits([orbit.scenario] * 2, near), strict=True):
+    by = np.array([np.zeros(6), [0.01, 0.0, -0.01, 0.05, 0.02, 0.0], [0.0, 0.02, 0.0, 0.0, 0.0, 0.04]])
+    near = chart.moved(np.repeat(orbit.state[None], 3, axis=0), by, np.full(3, 0.15))
+    near[2, 3:] *= -1.0
+    orbits = find_orbits([orbit.scenario] * 3, near)
+    assert {found.iterations % 2 for found in orbits} == {0, 1}, "each evaluation is a turn, which changes the sign"
+    for begun, found in zip(near, orbits, strict=True):
         assert found.found
-        assert found.iterations > 1
         assert found.state[3:] @ begun[3:] > 0.9
+
+
+def test_searches_from_far_away_arrive(scenario: hm.Scenario) -> None:
+    """From 22 places all around the magnet 10 arrive; where the residual decides what step counts, 6 do."""
+    problem = Problem([scenario])
+    starts = on_grid(problem, 0, *default_box(scenario, problem.arm[0]), (3, 3, 5))
+    assert len(starts) == 22
+    assert solve(problem, np.zeros(22, dtype=np.int64), starts).converged.sum() >= 9

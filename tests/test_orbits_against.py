@@ -67,6 +67,16 @@ def test_spread_over_three_inputs_finds_what_is_found_one_by_one() -> None:
     assert found.stable.sum() > 9
 
 
+def test_seeds_are_sought_on_a_grid_of_starts_where_runs_lead_to_none() -> None:
+    """At 3.3 Hz and 8 degrees a run from the usual start leaves, though there is a stable orbit."""
+    scenario = hm.load("paper/fig3c").replaced({"drive.pitch": "8 deg"})
+    found = Spread(lambda _: scenario, (1,), length=0.15)
+    found.seek((0,))
+    assert not found.stable.any()
+    found.seek_all_over()
+    assert found.stable.all()
+
+
 def test_survey_finds_the_stable_stretch_that_the_scenario_is_not_in() -> None:
     scenario = hm.load("paper/fig3c")
     assert not hm.find_orbit(scenario).stable

@@ -130,6 +130,8 @@ def test_coming_to_an_orbit_is_being_near_or_coming_nearer(orbit: hm.Orbit) -> N
 
     assert comes_to(orbit, path(0.1, 0.1, 0.1, 0.004))
     assert comes_to(orbit, path(0.1, 0.1, 0.1, 0.09))
-    assert comes_to(orbit, path(0.001, 0.002, 0.003, 0.004))
+    assert comes_to(orbit, path(0.001, 0.002, 0.0043, 0.0042))
+    assert comes_to(orbit, path(0.00014, 0.00013, 0.00012, 0.00013))
+    assert not comes_to(orbit, path(0.001, 0.002, 0.0041, 0.0042))
     assert not comes_to(orbit, path(0.1, 0.1, 0.1, 0.097))
     assert not comes_to(orbit, path(0.2, 0.15, 0.01, 0.01))

@@ -18,6 +18,7 @@ from helimag.gain import Verdict
 from helimag.orbits._problem import Floats, require_periodic
 from helimag.orbits._starts import open_water, strobed
 from helimag.orbits.closed_curve import swinging
+from helimag.orbits.outlook import INSIDE
 from helimag.orbits.spreading import Node, Spread
 from helimag.scenario import Scenario
 from helimag.simulation import History, advance
@@ -26,7 +27,6 @@ LONG = 20_000.0  # s, of the runs that explain
 SAMPLES = 2000
 BESIDE = 0.005  # m from the orbit, of runs that ask whether it holds what comes near
 MORE_SEEDS = 8  # nodes whose run stays though no stable orbit is known there, from which one is sought
-INSIDE = (Verdict.BOUNDED, Verdict.DRIFTING)
 
 
 class Why(StrEnum):

@@ -15,8 +15,9 @@ from helimag.orbits.averaging import SlowFlow, averaged_paths
 from helimag.orbits.orbit import Orbit
 
 FEWEST_TURNS = 12  # of the magnet in a run, so that its later quarters can be compared
-NEAR = 0.03  # of the distance: a run that spends its last quarter this near its orbit has come to it
-SHRINKS = 0.95  # from the third quarter to the last, of the farthest distance: a run that still comes nearer counts
+AT = 1e-3  # of the distance: a run that spends its last quarter this near its orbit has come to it
+NEAR = 0.03  # of the distance: this near, it must go no farther in its last quarter than in the third
+SHRINKS = 0.95  # from the third quarter to the last, of the farthest distance: a run from afar must come nearer
 SHORTEST, LONGEST = 1200.0, 20_000.0  # s, of the runs
 SAMPLES = 160
 SURE = 1.96  # standard deviations on either side of 95 per cent
@@ -260,7 +261,8 @@ def _by_flow(
 
 
 def comes_to(orbit: Orbit, path: Floats) -> bool:
-    """Whether places (n, 3) of the moving frame, equally spaced in time, at last lie near an orbit or come nearer."""
+    """Whether places (n, 3) of the moving frame, equally spaced in time, at last lie at an orbit or come nearer."""
     away = np.linalg.norm(path - orbit.position, axis=1)
     third, last = (float(part.max()) for part in np.array_split(away, 4)[2:])
-    return last < NEAR * orbit.scenario.drive.distance or last < SHRINKS * third
+    distance = orbit.scenario.drive.distance
+    return last < AT * distance or last < (1.0 if last < NEAR * distance else SHRINKS) * third
