@@ -8,8 +8,9 @@ import pytest
 import helimag as hm
 from helimag.orbits import OrbitStatus, find_orbits, list_orbits, observed_growth
 from helimag.orbits import _chart as chart
+from helimag.orbits._newton import solve
 from helimag.orbits._problem import Problem
-from helimag.orbits._starts import strobed, to_lab, to_moving
+from helimag.orbits._starts import default_box, long_axes, on_grid, strobed, to_lab, to_moving
 from helimag.orbits.growth import leading_direction
 from helimag.orbits.orbit import describe_rates
 from helimag.simulation import advance
@@ -197,3 +198,43 @@ def test_words_for_rates() -> None:
     text = describe_rates(np.array([-0.001 + 0.1j, -0.001 - 0.1j, -0.01, -5.0]))
     assert text == "a swing of period 62.83 s decays in 1000 s; a displacement decays in 100 s"
     assert describe_rates(np.array([0.02 + 0j]), 1) == "a displacement grows e-fold in 50 s"
+
+
+def test_walls_matter_where_the_device_comes(scenario: hm.Scenario, orbit: hm.Orbit) -> None:
+    """On its circle to all sides; where nothing turns, only where it is: its head there, its tail behind it."""
+    reach = np.hypot(*orbit.position[:2])
+    wide, tight = (scenario.replaced({"workspace.walls.x": [-r, r]}) for r in (4.0 * reach, 0.9 * reach))
+    assert hm.find_orbit(wide, near=orbit).stable
+    assert hm.find_orbit(tight, near=orbit).status is OrbitStatus.WALL_LIMITED
+    one_side = scenario.replaced({"workspace.walls.y": [-4.0 * reach, 0.9 * reach]})
+    assert hm.find_orbit(one_side, near=orbit).status is OrbitStatus.WALL_LIMITED
+    still = scenario.replaced({"drive.yaw_rate": 0.0})
+    found = hm.find_orbit(still)
+    x = found.position[0]
+    assert found.found
+    assert x < -0.1
+    (tip,) = found.position[:1] - 0.014 * long_axes(found.state[None])[:, 0]
+    beyond, between = (still.replaced({"workspace.walls.x": [at, 0.2]}) for at in (min(x, tip) - 2e-3, max(x, tip)))
+    assert hm.find_orbit(beyond, near=found).found
+    assert hm.find_orbit(between, near=found).status is OrbitStatus.WALL_LIMITED
+    assert hm.find_orbit(between.replaced({"drive.velocity": (1e-7, 0.0, 0.0)}), near=found).found
+
+
+def test_an_orbit_keeps_the_sign_of_the_quaternion_that_its_search_begins_with(orbit: hm.Orbit) -> None:
+    """Either sign is the same attitude; one that changed on the way would tear curves of states apart."""
+    by = np.array([np.zeros(6), [0.01, 0.0, -0.01, 0.05, 0.02, 0.0], [0.0, 0.02, 0.0, 0.0, 0.0, 0.04]])
+    near = chart.moved(np.repeat(orbit.state[None], 3, axis=0), by, np.full(3, 0.15))
+    near[2, 3:] *= -1.0
+    orbits = find_orbits([orbit.scenario] * 3, near)
+    assert {found.iterations % 2 for found in orbits} == {0, 1}, "each evaluation is a turn, which changes the sign"
+    for begun, found in zip(near, orbits, strict=True):
+        assert found.found
+        assert found.state[3:] @ begun[3:] > 0.9
+
+
+def test_searches_from_far_away_arrive(scenario: hm.Scenario) -> None:
+    """Of 22 places all around the magnet 10 lead to an orbit; where the residual decides what step counts, 6 do."""
+    problem = Problem([scenario])
+    starts = on_grid(problem, 0, *default_box(scenario, problem.arm[0]), (3, 3, 5))
+    assert len(starts) > 15
+    assert solve(problem, np.zeros(len(starts), dtype=np.int64), starts).converged.mean() > 0.36

@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,15 @@ import pytest
 import xarray
 
 import helimag as hm
+from helimag._integrate import Status
 from helimag.cli import main
+from helimag.cli.orbit_against import _inputs
 from helimag.gain import Verdict
-from helimag.orbits import Why, compare_with_orbits, stable_segments, survey
+from helimag.orbits import Comparison, Why, compare_with_orbits, comparison_dataset, stable_segments, survey
+from helimag.orbits._starts import open_water
 from helimag.orbits.against import _why, away_from_boundary
 from helimag.orbits.spreading import Spread
-from helimag.sweeps import nodes_of
+from helimag.sweeps import Nodes, nodes_of
 
 # as from a shell
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
@@ -61,6 +65,16 @@ def test_spread_over_three_inputs_finds_what_is_found_one_by_one() -> None:
             assert found.growth[node] == pytest.approx(orbit.growth, rel=1e-4)
             assert found.states[node][:3] == pytest.approx(orbit.position, abs=1e-8)
     assert found.stable.sum() > 9
+
+
+def test_seeds_are_sought_on_a_grid_of_starts_where_runs_lead_to_none() -> None:
+    """At 3.3 Hz and 8 degrees a run from the usual start leaves, though there is a stable orbit."""
+    scenario = hm.load("paper/fig3c").replaced({"drive.pitch": "8 deg"})
+    found = Spread(lambda _: scenario, (1,), length=0.15)
+    found.seek((0,))
+    assert not found.stable.any()
+    found.seek_all_over()
+    assert found.stable.all()
 
 
 def test_survey_finds_the_stable_stretch_that_the_scenario_is_not_in() -> None:
@@ -161,3 +175,88 @@ def test_the_command_prints_draws_and_reports(
         explained = int((opened.why > 0).sum())
         assert meanings[int(opened.why.values[2, 2])] == "slow_drift"
     assert explained == len(report["cases"])
+
+
+def a_case_of(*plan: str, folder: Path) -> tuple[Nodes, Comparison]:
+    (folder / "plan.toml").write_text('base = "paper/fig3c"\nduration = "60 s"\n' + "\n".join(plan))
+    nodes = nodes_of(hm.sweep(folder / "plan.toml", out=folder / "runs.zarr"))
+    return nodes, compare_with_orbits(nodes.scenario_at, nodes.verdicts)
+
+
+def an_axis(field: str, *values: str, along: str = "") -> str:
+    return f'[[axis]]\nfield = "{field}"\nvalues = {list(values)}\n' + (f'zip = "{along}"' if along else "")
+
+
+def test_a_grid_without_any_stable_orbit_is_compared_too(tmp_path: Path) -> None:
+    nodes, result = a_case_of(an_axis("drive.pitch", "19 deg"), an_axis("drive.frequency", "4 Hz"), folder=tmp_path)
+    assert not result.stable.any()
+    assert not result.beside.any()
+    assert math.isnan(result.share(beside=True))
+    assert "nan" not in result.text
+    assert [case.node for case in result.cases] == [(0, 0)]
+    with pytest.raises(hm.InputError, match="must have a node"):
+        compare_with_orbits(lambda _: None, nodes.verdicts)
+
+
+def test_inputs_may_be_zipped_text_or_absent_from_the_base(tmp_path: Path) -> None:
+    """Two that run along one dimension, models of the magnet's field, and a floor where the base has none."""
+    nodes, result = a_case_of(
+        an_axis("drive.pitch", "8 deg", "12 deg", along="both"),
+        an_axis("drive.frequency", "2.4 Hz", "2.5 Hz", along="both"),
+        an_axis("magnet.field", "dipole", "cylinder"),
+        an_axis("workspace.floor", "-200 mm", "-1 mm"),
+        folder=tmp_path,
+    )
+    assert result.stable[..., 0].all(), "both models of the field have the orbit"
+    assert not result.stable[..., 1].any(), "a floor above it has not"
+    states = result.states[:, :, 0, :3]
+    assert np.linalg.norm(states[:, 1] - states[:, 0], axis=1).min() > 1e-6
+    inputs = _inputs(nodes)
+    data = comparison_dataset(result, nodes.base, inputs, nodes.dimensions)
+    assert data.stability.dims == ("both", "magnet_field", "workspace_floor")
+    assert data.drive_pitch.dims == data.drive_frequency.dims == ("both",)
+    assert data.workspace_floor.attrs["units"] == "m"
+    assert data.workspace_floor.values.tolist() == [-0.2, -0.001]
+    assert data.magnet_field.attrs["flag_meanings"] == "dipole cylinder"
+
+
+def test_shares_count_what_they_say() -> None:
+    """Neither nodes beside the boundary, nor undecided runs, nor nodes without a run."""
+    verdicts = np.array(["bounded", "fell", "drifting", "", "bounded", "fell"])
+    growth = np.array([-1.0, -1.0, -1.0, -1.0, np.nan, 1.0])
+    beside = np.array([True, True, False, False, False, False])
+    away = np.array([True, True, True, True, True, False])
+    result = Comparison(verdicts, growth, growth, np.zeros((6, 7)), away, beside)
+    assert result.agree.tolist() == [True, False, False, False, False, True]
+    assert result.share() == pytest.approx(1.0 / 3.0)
+    assert result.share(beside=True) == pytest.approx(2.0 / 4.0)
+
+
+def test_a_run_whose_numbers_break_down_is_named(monkeypatch: pytest.MonkeyPatch, store: Path) -> None:
+    from helimag.orbits import against
+
+    nodes = nodes_of(hm.load_sweep(store))
+    advance = against.advance
+    broken = Status.NOT_FINITE
+    monkeypatch.setattr(
+        against, "advance", lambda *args, **given: [replace(h, status=broken) for h in advance(*args, **given)]
+    )
+    one = hm.load("paper/fig3c").replaced({"run.duration": 5.0})
+    result = compare_with_orbits(lambda _: one, np.array(["bounded"]))
+    (case,) = result.cases
+    assert case.later is None
+    assert "broken down" in case.text
+    assert nodes.verdicts.size
+
+
+def test_walls_end_no_straight_run_beside_its_orbit() -> None:
+    """A tank's end says nothing about the orbit, wherever it is; a wall that a device goes round into does."""
+    base = hm.load("paper/fig3c").replaced({"workspace.walls.x": ["-9 mm", "9 mm"], "workspace.floor": "-1 m"})
+    along = base.replaced({"drive.yaw_rate": 0.0, "drive.velocity": (1e-3, 0.0, 0.0)})
+    rising = base.replaced({"drive.velocity": (0.0, 0.0, 1e-6)})
+    assert open_water(base) == base
+    assert open_water(along).workspace == hm.Scenario.model_validate(base).workspace.model_copy(
+        update={"walls": type(base.workspace.walls)()}
+    )
+    assert open_water(rising).workspace.floor is None
+    assert open_water(rising).workspace.walls.x == (-0.009, 0.009)

@@ -49,6 +49,8 @@ def test_branch_is_printed_and_drawn(monkeypatch, capsys, tmp_path):
         (["orbit", "paper/fig3c", "--vary", "drive.pitch"], "--from and --to"),
         (["orbit", "paper/fig3c", "--from", "8 deg"], "--vary"),
         (["orbit", "paper/fig3c", "-o", "x.png"], "--vary"),
+        (["orbit", "paper/fig3c", "--all", "--vary", "drive.pitch", "--from", "8 deg", "--to", "9 deg"], "--all lists"),
+        (["orbit", *SCENARIO, "--vary", "drive.pitch", "--from", "-1 mm", "--to", "9 deg"], "must be an angle"),
         (["orbit", *SCENARIO, "--vary", "drive.pith", "--from", "8 deg", "--to", "9 deg"], "not a field"),
         (["orbit", "paper/fig3c", "--set", 'drive.velocity=["1 mm/s","0 m/s","0 m/s"]'], "drive.yaw_rate"),
         (["design", "paper/fig3c", "--limit", "drive.pitch"], "--limit must be"),
@@ -61,3 +63,28 @@ def test_bad_input_is_one_line(monkeypatch, capsys, words, said):
     assert out == ""
     assert said in err
     assert err.count("\n") == 1
+
+
+def test_the_outlook_can_be_left_out(monkeypatch, capsys):
+    words = ["simulate", *SCENARIO, "--duration", "60 s"]
+    status, out, _ = run(monkeypatch, capsys, *words)
+    assert status == 0
+    assert "for all time  inside for 60 s, coming to the stable orbit" in out
+    _, out, _ = run(monkeypatch, capsys, *words, "--json")
+    report = json.loads(out)
+    assert report["outlook"] == "coming to a stable orbit"
+    assert report["orbit_stable"] is True
+    assert report["orbit_position_m"] == pytest.approx([-7.58e-3, -12.77e-3, -11.92e-3], abs=1e-5)
+    _, out, _ = run(monkeypatch, capsys, *words, "--json", "--no-orbit")
+    assert not {"outlook", "orbit_stable"} & json.loads(out).keys()
+
+
+def test_all_orbits_are_listed(monkeypatch, capsys):
+    """The stable one first, and the unstable ones around it."""
+    status, out, _ = run(monkeypatch, capsys, "orbit", *SCENARIO, "--all")
+    assert status == 0
+    first, *lines = out.splitlines()
+    assert first == f"paper/fig3c: {len(lines)} orbits found"
+    assert len(lines) > 1
+    assert "(-7.58, -12.77, -11.92) mm" in lines[0]
+    assert ["unstable" in line for line in lines] == [False] + [True] * (len(lines) - 1)

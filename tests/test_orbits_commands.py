@@ -15,6 +15,7 @@ import xarray
 import helimag as hm
 from helimag import plots
 from helimag.cli import main, orbit_grids
+from helimag.cli._orbit_reports import flow_report
 from helimag.orbits import (
     Agreement,
     Basin,
@@ -284,7 +285,7 @@ def test_basin_by_the_averaged_model_says_how_far_to_trust_it(run, monkeypatch, 
     assert agreed["starts"] == 6 == sum(agreed[name] for name in ("both", "only_averaged", "only_full", "neither"))
     assert agreed["share"] == (agreed["both"] + agreed["neither"]) / 6
     assert agreed["interval"][0] <= agreed["share"] <= agreed["interval"][1]
-    run_too = data.end_by_full_run.values != 7
+    run_too = data.end_by_full_run.values != 8
     assert run_too.sum() == 6
     full = data.end_by_full_run.values[run_too] == 0
     assert (full == data.captured.values[run_too]).mean() == agreed["share"]
@@ -407,3 +408,11 @@ def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path, monkeypatch, wo
     assert said in err
     assert err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_flow_beside_its_orbit_has_no_rates_to_compare(orbit: hm.Orbit) -> None:
+    low = orbit.position + np.array([0.004, 0.0, 0.0])
+    aside = slow_flow(orbit, low=low, high=low + 0.006, shape=(4, 4, 4), lag_stages=1)
+    report = flow_report(aside, orbit, [], 0, [])
+    assert report["averaged_rates_per_s"] is None
+    assert np.isfinite(report["floquet_rates_per_s"]).all()

@@ -1,14 +1,27 @@
 """Slow flow, averaged model, basin, verdicts and design: each against the full model."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import helimag as hm
+from helimag._integrate import Status
 from helimag.gain import Verdict
-from helimag.orbits import averaged_rates, averaging_error, basin, design, robust_inputs, slow_flow
+from helimag.orbits import (
+    attraction,
+    averaged_rates,
+    averaging_error,
+    basin,
+    basin_dataset,
+    design,
+    robust_inputs,
+    slow_flow,
+)
+from helimag.orbits.attraction import comes_to
 from helimag.orbits.averaging import SlowFlow
+from helimag.orbits.datasets import ENDS
 
 
 @pytest.fixture(scope="module")
@@ -91,3 +104,34 @@ def test_design_refuses_what_cannot_be() -> None:
         design(scenario, speed=1e-3, limits={"drive.pitch": (0.1, 0.2)})
     with pytest.raises(hm.InputError, match="lower and a higher"):
         design(scenario, limits={"drive.pitch": (0.2, 0.1)})
+
+
+def test_a_basin_needs_runs_that_can_tell(orbit: hm.Orbit) -> None:
+    low, high = orbit.position - 0.003, orbit.position + 0.003
+    with pytest.raises(hm.InputError, match="12 turns"):
+        basin(orbit, low=low, high=high, shape=(2, 2, 2), duration=2.0)
+
+
+def test_a_start_whose_run_breaks_down_meets_no_wall(orbit: hm.Orbit, monkeypatch: pytest.MonkeyPatch) -> None:
+    strobed = attraction.strobed
+    monkeypatch.setattr(
+        attraction, "strobed", lambda *a, **k: [replace(run, status=Status.NOT_FINITE) for run in strobed(*a, **k)]
+    )
+    found = basin(orbit, low=orbit.position - 0.003, high=orbit.position + 0.003, shape=(2, 2, 2), duration=10.0)
+    assert set(found.ends) == {"broke down"}
+    assert (basin_dataset(found).end == ENDS.index("broke down")).all()
+
+
+def test_coming_to_an_orbit_is_being_near_or_coming_nearer(orbit: hm.Orbit) -> None:
+    quarters = np.repeat(np.arange(4.0), 40)
+
+    def path(*distances: float) -> np.ndarray:
+        return orbit.position + np.array(distances)[quarters.astype(int), None] * np.array([1.0, 0.0, 0.0])
+
+    assert comes_to(orbit, path(0.1, 0.1, 0.1, 0.004))
+    assert comes_to(orbit, path(0.1, 0.1, 0.1, 0.09))
+    assert comes_to(orbit, path(0.001, 0.002, 0.0043, 0.0042))
+    assert comes_to(orbit, path(0.00014, 0.00013, 0.00012, 0.00013))
+    assert not comes_to(orbit, path(0.001, 0.002, 0.0041, 0.0042))
+    assert not comes_to(orbit, path(0.1, 0.1, 0.1, 0.097))
+    assert not comes_to(orbit, path(0.2, 0.15, 0.01, 0.01))

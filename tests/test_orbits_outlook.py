@@ -7,8 +7,10 @@ import pytest
 
 import helimag as hm
 from helimag.gain import Verdict
-from helimag.orbits import Future, explain
+from helimag.orbits import Future, explain, find_orbits, follow, outlook
+from helimag.orbits import _chart as chart
 from helimag.orbits.closed_curve import swinging, weighted_mean
+from helimag.orbits.outlook import ON_ORBIT
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +102,41 @@ def test_weighted_mean_converges_faster_than_the_plain_one() -> None:
     phase = np.sqrt(2.0) * np.arange(1000.0)
     values = np.cos(phase)
     assert abs(weighted_mean(values)) < 1e-9 < abs(values.mean())
+
+
+def test_a_run_beside_a_stable_orbit_may_still_leave(orbit: hm.Orbit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Just before the fold an unstable orbit lies beside the stable one, and a run beyond it leaves.
+
+    Whichever of the two the search from the run's end finds: here it is made to find the stable one.
+    """
+    low, high = math.radians(15.39), math.radians(15.5)
+    (near,) = find_orbits([orbit.scenario.replaced({"drive.pitch": low})], orbit.state[None])
+    saddle = follow(near, "drive.pitch", low, high).points[-1].orbit
+    assert near.stable
+    assert not saddle.stable
+    length = np.array([0.15])
+    gap = chart.coordinates(saddle.state[None], near.state[None], length)
+    assert np.linalg.norm(gap) < ON_ORBIT
+    monkeypatch.setattr(outlook, "find_orbit", lambda *_args, **_options: near)
+    futures = []
+    for share in (0.3, 1.2):
+        start = chart.moved(near.state[None], share * gap, length)[0]
+        futures.append(explain(hm.simulate(near.scenario, duration=20.0, initial_state=start)).future)
+    assert futures[0] is Future.ON_ORBIT
+    assert futures[1] in (Future.LEAVES, Future.STAYS)
+
+
+def test_a_moment_of_a_run_is_taken_on_as_far_as_a_long_one() -> None:
+    outlook = explain(hm.simulate(hm.load("paper/fig3c"), duration=0.1))
+    assert "inside for 0.1 s" in outlook.text
+    assert outlook.future is Future.LEAVES
+    after = float(outlook.text.split("after another ")[1].split(" s")[0])
+    assert after == pytest.approx(2275.0, abs=10.0)
+
+
+def test_motion_without_swings_names_no_period() -> None:
+    times = 10.0 * np.arange(200.0)
+    sinking = swinging(times, -1e-5 * times)
+    assert not sinking.closed
+    assert "nan" not in sinking.text
+    assert "swing" not in sinking.text

@@ -145,7 +145,7 @@ def _point_report(point: "FixedPoint", orbit: "Orbit | None") -> dict[str, Any]:
         "kind": point.kind,
         "stable": point.stable,
         "rates_per_s": _complex(point.rates),
-        "error_m": point.error,
+        "error_m": point.error if np.isfinite(point.error) else None,
         "orbit": beside,
     }
 
@@ -158,7 +158,8 @@ def print_flow(name: str, orbit: "Orbit", report: dict[str, Any]) -> None:
         print(f"  rates         averaged {_shown(report['averaged_rates_per_s'])} per second")
         print(f"                Floquet  {_shown(report['floquet_rates_per_s'])} per second")
     for point in report["fixed_points"]:
-        print(f"  fixed point   {_place(point['position_m'])}, {point['kind']}; exact to {_length(point['error_m'])}")
+        exact = "of unknown error" if point["error_m"] is None else f"exact to {_length(point['error_m'])}"
+        print(f"  fixed point   {_place(point['position_m'])}, {point['kind']}; {exact}")
         beside = point["orbit"]
         if beside is None:
             print("                no orbit was found beside it")

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from helimag.cli._orbit_reports import files_report, print_files
 from helimag.cli._shared import Json, Outputs, check_outputs, print_json, progress_bar, write_outputs
-from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.orbits import BoundaryCurve, Case, Comparison
-    from helimag.scenario import Scenario
+    from helimag.orbits import Along, BoundaryCurve, Case, Comparison
     from helimag.sweeps import Nodes
+    from helimag.sweeps.design import ResolvedAxis
 
 
 def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
@@ -36,14 +35,15 @@ def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
         write_outputs(
             output,
             lambda _: _draw(dataset, curves),
-            lambda: orbits.comparison_dataset(result, base, nodes.axes),
+            lambda: orbits.comparison_dataset(result, base, _inputs(nodes), nodes.dimensions),
         )
     if json:
         print_json(_report(nodes, result) | files_report(output))
         return
     print(f"{store.name}: {result.text}")
     for case in result.cases:
-        place = ", ".join(_shown(base, field, value) for field, value in nodes.values_at(case.node).items())
+        values = nodes.values_at(case.node)
+        place = ", ".join(_shown(axis, values[axis.field]) for axis in nodes.axes)
         edge = "" if result.away[case.node] else " (beside the boundary)"
         print(f"  {place}{edge}: {case.text}")
     print_files(output)
@@ -61,28 +61,34 @@ def _boundary(nodes: "Nodes", result: "Comparison") -> "list[BoundaryCurve]":
 
     from helimag.orbits import StabilityMap, boundary_of
 
-    if len(nodes.axes) != 2 or len(result.growth.shape) != 2:
+    if len(nodes.axes) != 2 or len(nodes.dimensions) != 2:
         return []
-    (first, firsts), (second, seconds) = nodes.axes.items()
-    if not all(isinstance(value, float) for value in (*firsts, *seconds)):
+    first, second = nodes.axes
+    if any(isinstance(value, str) for value in (*first.values, *second.values)):
         return []
-    values = np.asarray(firsts, float), np.asarray(seconds, float)
+    values = np.asarray(first.values, float), np.asarray(second.values, float)
     if min(v.size for v in values) < 2 or not all(np.all(np.diff(v) > 0.0) for v in values):
         return []
     with progress_bar("following the boundary of stability") as progress:
-        chart = StabilityMap(nodes.base, (first, second), values, result.growth, result.swing, result.states)
+        chart = StabilityMap(
+            nodes.base, (first.field, second.field), values, result.growth, result.swing, result.states
+        )
         return boundary_of(chart, progress=progress)
 
 
-def _shown(base: "Scenario", field: str, value: float | str) -> str:
-    from helimag.orbits import Input
+def _inputs(nodes: "Nodes") -> "dict[str, Along]":
+    from helimag.orbits import Along
+
+    units = ["1" if axis.kind is None else axis.kind.si for axis in nodes.axes]
+    return {axis.field: Along(axis.dimension, unit, axis.values) for axis, unit in zip(nodes.axes, units, strict=True)}
+
+
+def _shown(axis: "ResolvedAxis", value: float | str) -> str:
+    from helimag.quantities import show
 
     if isinstance(value, str):
         return value
-    try:
-        return Input(field).show(base, value)
-    except InputError:
-        return f"{field} {value:g}"
+    return f"{axis.name} {value:g}" if axis.kind is None else show(value, axis.kind)
 
 
 def _report(nodes: "Nodes", result: "Comparison") -> dict[str, Any]:
@@ -91,7 +97,7 @@ def _report(nodes: "Nodes", result: "Comparison") -> dict[str, Any]:
             "inputs": nodes.values_at(one.node),
             "verdict": str(one.verdict),
             "stable": one.stable,
-            "later_verdict": str(one.later),
+            "later_verdict": None if one.later is None else str(one.later),
             "later_end_s": one.later_end,
             "why": str(one.why),
             "away_from_boundary": bool(result.away[one.node]),

@@ -44,8 +44,8 @@ def orbit(
     changes: Changes = None,
     every: Annotated[bool, Parameter(name="--all", negative="")] = False,
     vary: str | None = None,
-    start: Annotated[str | None, Parameter(name="--from")] = None,
-    stop: Annotated[str | None, Parameter(name="--to")] = None,
+    start: Annotated[str | None, Parameter(name="--from", allow_leading_hyphen=True)] = None,
+    stop: Annotated[str | None, Parameter(name="--to", allow_leading_hyphen=True)] = None,
     output: Outputs = None,
     json: Json = False,
 ) -> None:
@@ -62,6 +62,8 @@ def orbit(
     stop
         Highest value.
     """
+    if every and vary is not None:
+        raise InputError("--all lists the orbits of one scenario, --vary follows them: leave one of them out")
     if output and vary is None:
         raise InputError("--output draws orbits along an input: name it with --vary")
     check_outputs(output)
@@ -75,11 +77,12 @@ def orbit(
             "--vary needs --from and --to with the range of the input, such as --from '8 deg' --to '18 deg'"
         )
     if every:
-        with progress_bar(f"searching orbits of {chosen.name}"):
-            found = orbits.list_orbits(chosen)
+        with progress_bar(f"searching orbits of {chosen.name}") as progress:
+            found = orbits.list_orbits(chosen, progress=progress)
         _print_all(chosen, found, json)
         return
-    result = orbits.find_orbit(chosen)
+    with progress_bar(f"searching the orbit of {chosen.name}") as progress:
+        result = orbits.find_orbit(chosen, progress=progress)
     if vary is None or start is None or stop is None:
         _print_one(result, json)
         return

@@ -9,6 +9,7 @@ from helimag.orbits.boundary import BoundaryCurve, boundary_of
 from helimag.orbits.branch import Branch, Change, Event, Point
 from helimag.orbits.continuation import follow
 from helimag.orbits.datasets import (
+    Along,
     basin_dataset,
     branches_dataset,
     comparison_dataset,
@@ -29,6 +30,7 @@ from helimag.orbits.survey import survey
 __all__ = [
     "CODIMENSION_TWO",
     "Agreement",
+    "Along",
     "Basin",
     "BoundaryCurve",
     "Branch",

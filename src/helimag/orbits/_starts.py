@@ -13,7 +13,7 @@ from helimag.orbits._newton import solve
 from helimag.orbits._problem import Floats, Ints, Problem
 from helimag.physics import evaluate
 from helimag.physics.magnetics import dipole_field
-from helimag.scenario import Scenario
+from helimag.scenario import Scenario, Workspace
 from helimag.simulation import TOLERANCE, advance
 
 SETTLING = 4  # periods with the head held before the attitude is solved for
@@ -56,6 +56,20 @@ def strobed(
         moving = to_moving(scenario, times, history.states[kept])
         result.append(Strobed(times, moving, history.status, float(history.time[-1])))
     return result
+
+
+def open_water(scenario: Scenario) -> Scenario:
+    """The scenario without what a drive that moves on comes to in the end however the device swims in its frame.
+
+    Those are the walls where it moves sideways, floor and surface where it rises or sinks.
+    """
+    nothing, workspace = Workspace(), scenario.workspace
+    x, y, z = scenario.drive.velocity
+    if x or y:
+        workspace = workspace.model_copy(update={"walls": nothing.walls})
+    if z:
+        workspace = workspace.model_copy(update={"floor": nothing.floor, "surface": nothing.surface})
+    return scenario.model_copy(update={"workspace": workspace})
 
 
 def to_moving(scenario: Scenario, times: Floats, states: Floats) -> Floats:

@@ -5,26 +5,28 @@ other, every node where they differ is run on, and beside its orbit, and named.
 """
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag._integrate import Status
+from helimag.errors import InputError
 from helimag.gain import Verdict
 from helimag.orbits._problem import Floats, require_periodic
-from helimag.orbits._starts import strobed
+from helimag.orbits._starts import open_water, strobed
 from helimag.orbits.closed_curve import swinging
+from helimag.orbits.outlook import INSIDE
 from helimag.orbits.spreading import Node, Spread
 from helimag.scenario import Scenario
-from helimag.simulation import advance
+from helimag.simulation import History, advance
 
 LONG = 20_000.0  # s, of the runs that explain
 SAMPLES = 2000
 BESIDE = 0.005  # m from the orbit, of runs that ask whether it holds what comes near
 MORE_SEEDS = 8  # nodes whose run stays though no stable orbit is known there, from which one is sought
-INSIDE = (Verdict.BOUNDED, Verdict.DRIFTING)
 
 
 class Why(StrEnum):
@@ -55,12 +57,12 @@ _MEANINGS = {
 
 @dataclass(frozen=True)
 class Case:
-    """A node where run and orbit differ, or where the run is undecided."""
+    """A node where run and orbit differ, or where the run is undecided; ``later`` is the verdict on the longer run."""
 
     node: Node
     verdict: Verdict
     stable: bool
-    later: Verdict
+    later: Verdict | None  # None where its numbers broke down
     later_end: float
     why: Why
     note: str = ""
@@ -70,7 +72,8 @@ class Case:
         """What was seen."""
         kind = "stable" if self.stable else "not stable"
         note = f" ({self.note})" if self.note else ""
-        return f"run {self.verdict}, orbit {kind}; after {self.later_end:.0f} s {self.later}: {self.why}{note}"
+        later = self.later or "broken down"
+        return f"run {self.verdict}, orbit {kind}; after {self.later_end:.0f} s {later}: {self.why}{note}"
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,7 @@ class Comparison:
         """Share that agrees away from the boundary: of decided runs, or of runs beside the orbit where it is stable."""
         if beside:
             told = np.where(self.stable, self.beside, self.agree)
-            counted = self.away & (self.stable | self.decided)
+            counted = self.away & ((self.stable & (self.verdicts != "")) | self.decided)
         else:
             told, counted = self.agree, self.away & self.decided
         return float(told[counted].mean()) if counted.any() else float("nan")
@@ -133,10 +136,12 @@ class Comparison:
         lines = [
             f"{self.verdicts.size} nodes, {int(self.away.sum())} away from the boundary of stability, "
             f"{drifting} undecided (drifting)",
-            f"decided runs agree with the orbit at {100.0 * self.share():.1f} % of those away from the boundary",
-            f"runs that start {1e3 * BESIDE:.0f} mm beside the orbit, where it is stable: "
-            f"{100.0 * self.share(beside=True):.1f} %",
         ]
+        if (share := self.share()) >= 0.0:
+            lines.append(f"decided runs agree with the orbit at {100.0 * share:.1f} % of those away from the boundary")
+        if (share := self.share(beside=True)) >= 0.0:
+            beside = f"the same with runs that start {1e3 * BESIDE:.0f} mm beside the orbit where it is stable"
+            lines.append(f"{beside}: {100.0 * share:.1f} %")
         lines += [f"{count:4d} {why}: {why.meaning}" for why, count in tally.most_common()]
         return "\n".join(lines)
 
@@ -161,21 +166,26 @@ def compare_with_orbits(
     Raises
     ------
     InputError
-        Where a drive has no frame in which it repeats.
+        Where no node has a scenario, or a drive has no frame in which it repeats.
     """
     report = progress or (lambda _: None)
-    first = next(s for s in map(scenario_at, np.ndindex(verdicts.shape)) if s is not None)
-    require_periodic(first)
-    found = _orbits(scenario_at, verdicts, first.drive.distance, lambda done: report(0.3 * done))
+    scenarios = {node: s for node in np.ndindex(verdicts.shape) if (s := scenario_at(node)) is not None}
+    if not scenarios:
+        raise InputError("the grid must have a node with a scenario; got none")
+    for scenario in scenarios.values():
+        require_periodic(scenario)
+    length = next(iter(scenarios.values())).drive.distance
+    found = _orbits(scenarios.get, verdicts, length, lambda done: report(0.3 * done))
     stable = found.stable
     inside = np.isin(verdicts, [str(verdict) for verdict in INSIDE])
-    nodes = [node for node in np.ndindex(verdicts.shape) if verdicts[node] and scenario_at(node) is not None]
+    nodes = {node: scenario for node, scenario in scenarios.items() if verdicts[node]}
     beside = np.zeros(verdicts.shape, dtype=bool)
-    held = [node for node in nodes if stable[node]]
-    beside[tuple(np.array(held).T)] = _stay_beside(scenario_at, held, found, lambda done: report(0.3 + 0.3 * done))
+    held = {node: scenario for node, scenario in nodes.items() if stable[node]}
+    for node, stays in _stay_beside(held, found, lambda done: report(0.3 + 0.3 * done)).items():
+        beside[node] = stays
     drifting = verdicts == str(Verdict.DRIFTING)
-    listed = [node for node in nodes if drifting[node] or inside[node] != stable[node]]
-    cases = _cases(scenario_at, listed, verdicts, found, beside, lambda done: report(0.6 + 0.4 * done))
+    listed = {node: s for node, s in nodes.items() if drifting[node] or inside[node] != stable[node]}
+    cases = _cases(listed, verdicts, found, beside, lambda done: report(0.6 + 0.4 * done))
     return Comparison(verdicts, found.growth, found.swing, found.states, away_from_boundary(stable), beside, cases)
 
 
@@ -196,53 +206,65 @@ def _orbits(
     found = Spread(scenario_at, verdicts.shape, length=length)
     found.seek_all_over()
     found.spread(report)
+    sought = np.zeros(verdicts.shape, dtype=bool)
     for _ in range(MORE_SEEDS):
-        missing = np.argwhere((verdicts == str(Verdict.BOUNDED)) & ~found.stable & (found.attempts < 100))
+        missing = np.argwhere((verdicts == str(Verdict.BOUNDED)) & ~found.stable & ~sought)
         if len(missing) == 0:
             break
         node = tuple(missing[len(missing) // 2].tolist())
+        sought[node] = True
         found.seek(node)
-        found.attempts[node] = 100  # sought here: not again
         found.spread(report)
     return found
 
 
 def _stay_beside(
-    scenario_at: Callable[[Node], Scenario | None], nodes: list[Node], found: Spread, report: Callable[[float], None]
-) -> list[bool]:
+    scenarios: Mapping[Node, Scenario], found: Spread, report: Callable[[float], None]
+) -> dict[Node, bool]:
     """Whether runs that start beside their stable orbits stay for their scenario's duration."""
-    scenarios = [scenario for node in nodes if (scenario := scenario_at(node)) is not None]
-    if not scenarios:
-        return []
-    starts = np.array([found.states[node] + BESIDE * np.eye(7)[0] for node in nodes])
-    return [h.judge().verdict in INSIDE for h in advance(scenarios, initial_states=starts, progress=report)]
+    starts = np.array([found.states[node] + BESIDE * np.eye(7)[0] for node in scenarios])
+    return {node: _verdict(run) in INSIDE for node, run in _run(scenarios, starts, report).items()}
 
 
 def _cases(
-    scenario_at: Callable[[Node], Scenario | None],
-    nodes: list[Node],
+    scenarios: Mapping[Node, Scenario],
     verdicts: NDArray[np.str_],
     found: Spread,
     beside: NDArray[np.bool_],
     report: Callable[[float], None],
 ) -> list[Case]:
+    longer = {
+        node: scenario.replaced({"run.duration": max(LONG, scenario.run.duration), "run.interval": None})
+        for node, scenario in scenarios.items()
+    }
     result = []
-    longer = [
-        scenario.replaced({"run.duration": max(LONG, scenario.run.duration), "run.interval": None})
-        for node in nodes
-        if (scenario := scenario_at(node)) is not None
-    ]
-    histories = advance(longer, progress=report) if longer else []
-    for node, history in zip(nodes, histories, strict=True):
-        verdict, stable = Verdict(verdicts[node]), bool(found.stable[node])
-        later = history.judge()
-        why = _why(verdict, stable, later.verdict in INSIDE, bool(beside[node]))
+    for node, history in _run(longer, None, report).items():
+        verdict, stable, later = Verdict(verdicts[node]), bool(found.stable[node]), _verdict(history)
+        why = _why(verdict, stable, later in INSIDE, bool(beside[node]))
         note = ""
         if why is Why.OTHER:
             (run,) = strobed(history.scenario, LONG, samples=SAMPLES)
             note = swinging(run.times, run.states[:, 2]).text
-        result.append(Case(node, verdict, stable, later.verdict, later.end_time, why, note))
+        result.append(Case(node, verdict, stable, later, float(history.time[-1]), why, note))
     return result
+
+
+def _run(
+    scenarios: Mapping[Node, Scenario], starts: Floats | None, report: Callable[[float], None]
+) -> dict[Node, History]:
+    """Runs in open water from starts (n, 7), by default the scenarios' own; a batch for each model of the field."""
+    nodes = list(scenarios)
+    result: dict[Node, History] = {}
+    for model in sorted({scenario.magnet[0].field for scenario in scenarios.values()}):
+        part = [k for k, scenario in enumerate(scenarios.values()) if scenario.magnet[0].field == model]
+        batch = [open_water(scenarios[nodes[k]]) for k in part]
+        histories = advance(batch, initial_states=None if starts is None else starts[part], progress=report)
+        result |= {nodes[k]: history for k, history in zip(part, histories, strict=True)}
+    return {node: result[node] for node in nodes}
+
+
+def _verdict(history: History) -> Verdict | None:
+    return None if history.status is Status.NOT_FINITE else history.judge().verdict
 
 
 def _why(verdict: Verdict, stable: bool, stays: bool, beside: bool) -> Why:

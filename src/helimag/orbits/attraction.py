@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from helimag._integrate import Status
 from helimag.errors import InputError
 from helimag.orbits._problem import Floats, Problem
-from helimag.orbits._starts import attitudes, sense_of, settle, to_lab, to_moving
+from helimag.orbits._starts import attitudes, open_water, sense_of, settle, strobed
 from helimag.orbits.averaging import SlowFlow, averaged_paths
 from helimag.orbits.orbit import Orbit
-from helimag.simulation import advance
 
-NEAR = 0.03  # of the distance: a run that spends its last quarter this near its orbit has come to it
-SHRINKS = 0.95  # from the third quarter to the last, of the farthest distance: a run that still comes nearer counts
+FEWEST_TURNS = 12  # of the magnet in a run, so that its later quarters can be compared
+AT = 1e-3  # of the distance: a run that spends its last quarter this near its orbit has come to it
+NEAR = 0.03  # of the distance: this near, it must go no farther in its last quarter than in the third
+SHRINKS = 0.95  # from the third quarter to the last, of the farthest distance: a run from afar must come nearer
 SHORTEST, LONGEST = 1200.0, 20_000.0  # s, of the runs
 SAMPLES = 160
 SURE = 1.96  # standard deviations on either side of 95 per cent
@@ -36,7 +37,7 @@ class Basin:
         (n,): which come to the orbit.
     ends
         (n,): how each run ended: "captured", "stayed" (inside, but not nearer), "attracted", "fell", "wall-limited",
-        "out of step" (no attitude to start with), "left" (the averaged model's grid).
+        "out of step" (no attitude to start with), "left" (the averaged model's grid), "broke down" (its numbers).
     volume
         m^3 of the cells whose starts are captured.
     duration
@@ -112,7 +113,7 @@ def basin(
     Raises
     ------
     InputError
-        Where the orbit is not stable or the box is empty.
+        Where the orbit is not stable, the box is empty, or runs would be too short to tell.
     """
     if not orbit.stable:
         raise InputError(f"a basin needs a stable orbit; this one is not: {orbit.text}")
@@ -120,6 +121,9 @@ def basin(
     if corners[0].shape != (3,) or corners[1].shape != (3,) or not np.all(corners[0] < corners[1]) or min(shape) < 2:
         raise InputError("a basin needs a box, low below high on each axis, and at least two starts a side")
     time = float(np.clip(-1.0 / orbit.growth, SHORTEST, LONGEST)) if duration is None else duration
+    least = FEWEST_TURNS / abs(orbit.scenario.drive.frequency)
+    if not time >= least:
+        raise InputError(f"duration must be {FEWEST_TURNS} turns of the magnet or more, {least:.3g} s; got {time:g} s")
     edges = [np.linspace(a, b, n + 1) for a, b, n in zip(*corners, shape, strict=True)]
     axes = [(edge[1:] + edge[:-1]) / 2.0 for edge in edges]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -224,23 +228,20 @@ def _by_runs(
     guesses = attitudes(problem, 0, places[clear], sense_of(problem, orbit.state))
     states, found = settle(problem, np.zeros(clear.size, dtype=np.int64), guesses)
     good = clear[found]
-    period = 1.0 / abs(orbit.scenario.drive.frequency)
-    stride = max(1, round(duration / (SAMPLES * period))) * period
-    scenario = orbit.scenario.replaced({"run.duration": SAMPLES * stride, "run.interval": stride})
     if good.size == 0:
         return ends
-    starts = to_lab(scenario, np.zeros(good.size), states[found])
-    for node, history in zip(
-        good, advance([scenario] * good.size, initial_states=starts, progress=progress), strict=True
-    ):
-        match history.status:
+    water = open_water(orbit.scenario)
+    runs = strobed(water, duration, samples=SAMPLES, states=states[found], progress=progress)
+    for node, run in zip(good, runs, strict=True):
+        match run.status:
             case Status.HORIZON:
-                path = to_moving(scenario, stride * np.arange(SAMPLES + 1, dtype=np.float64), history.states)[:, :3]
-                ends[node] = _verdict(orbit, path)
+                ends[node] = "captured" if comes_to(orbit, run.states[:, :3]) else "stayed"
             case Status.CONTACT:
                 ends[node] = "attracted"
             case Status.FALL:
                 ends[node] = "fell"
+            case Status.NOT_FINITE:
+                ends[node] = "broke down"
             case _:
                 ends[node] = "wall-limited"
     return ends
@@ -254,12 +255,14 @@ def _by_flow(
     good = np.flatnonzero(np.isfinite(flow.at(places)).all(axis=1))
     paths = averaged_paths(flow, places[good], np.linspace(0.0, duration, SAMPLES + 1), progress=progress)
     for node, path in zip(good, paths, strict=True):
-        ends[node] = _verdict(orbit, path) if np.isfinite(path).all() else "left"
+        stays = "captured" if comes_to(orbit, path) else "stayed"
+        ends[node] = stays if np.isfinite(path).all() else "left"
     return ends
 
 
-def _verdict(orbit: Orbit, path: Floats) -> str:
+def comes_to(orbit: Orbit, path: Floats) -> bool:
+    """Whether places (n, 3) of the moving frame, equally spaced in time, at last lie at an orbit or come nearer."""
     away = np.linalg.norm(path - orbit.position, axis=1)
     third, last = (float(part.max()) for part in np.array_split(away, 4)[2:])
-    near = last < NEAR * orbit.scenario.drive.distance
-    return "captured" if near or last < SHRINKS * third else "stayed"
+    distance = orbit.scenario.drive.distance
+    return last < AT * distance or last < (1.0 if last < NEAR * distance else SHRINKS) * third

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.orbits import _chart as chart
 from helimag.orbits._problem import Floats, Problem
-from helimag.orbits._starts import attitudes, default_box, sense_of, settle, to_moving
+from helimag.orbits._starts import attitudes, default_box, sense_of, settle, strobed
 from helimag.orbits.orbit import Orbit
 from helimag.scenario import Scenario
-from helimag.simulation import advance
 
 SHAPE = (17, 17, 21)
 LAG_STAGES = 4
@@ -27,6 +26,7 @@ BATCH = 512
 SLOW = 0.05  # of the gap to the magnet: a device that a turn moves farther is being drawn in, and has no slow flow
 FAR = 1e3  # m
 ROUNDING = 1e-9  # of a cell: a place on the grid's face is inside
+SAMPLES = 300  # of a full run that the averaged model is compared with
 STEP = 4.0  # s, of the averaged model (Runge and Kutta, fourth order): a fiftieth of a slow swing
 
 
@@ -264,11 +264,16 @@ def averaged_paths(
 
 
 def averaged_rates(flow: SlowFlow, orbit: Orbit) -> NDArray[np.complex128]:
-    """Eigenvalues (3,) of the averaged model at an orbit (1/s), leading first: compare with its slowest rates."""
+    """Eigenvalues (3,) of the averaged model at an orbit (1/s), leading first: compare with its slowest rates.
+
+    They are nan where the flow is not known all around the orbit.
+    """
     step = 2e-3 * orbit.scenario.drive.distance
     offsets = step * np.eye(3)
     place = orbit.position
     columns = (flow.at(place + offsets) - flow.at(place - offsets)) / (2.0 * step)
+    if not np.isfinite(columns).all():
+        return np.full(3, np.nan, dtype=np.complex128)
     values = np.linalg.eigvals(columns.T).astype(np.complex128)
     return np.asarray(values[np.argsort(-values.real)])
 
@@ -293,16 +298,9 @@ class AveragingError:
 
 def averaging_error(flow: SlowFlow, place: Floats, duration: float) -> AveragingError:
     """Run both models from a place and compare; the full one starts with the flow's attitude there."""
-    scenario = flow.scenario
-    period = 1.0 / abs(scenario.drive.frequency)
-    stride = max(1, round(duration / (300 * period))) * period
-    count = max(2, round(duration / stride))
-    run = scenario.replaced({"run.duration": count * stride, "run.interval": stride})
-    (history,) = advance([run], initial_states=flow.state_at(np.asarray(place, float))[None])
-    times = np.round(history.time / stride) * stride
-    kept = np.abs(times - history.time) < 1e-6
-    full = to_moving(scenario, times[kept], history.states[kept])[:, :3]
-    path = averaged_paths(flow, np.asarray(place, float)[None], times[kept])[0]
+    begin = np.asarray(place, float)
+    (run,) = strobed(flow.scenario, duration, samples=SAMPLES, states=flow.state_at(begin)[None])
+    path, full = averaged_paths(flow, begin[None], run.times)[0], run.states[:, :3]
     both = np.isfinite(path).all(axis=1)
     distance = np.linalg.norm(path[both] - full[both], axis=1)
-    return AveragingError(times[kept][both], distance, path[both, 2], full[both, 2])
+    return AveragingError(run.times[both], distance, path[both, 2], full[both, 2])

@@ -46,7 +46,8 @@ class Swinging:
         """The motion in a clause."""
         kind = "a closed curve" if self.closed else "no closed curve that could be made out"
         heights = f"heights {1e3 * self.low:.1f} to {1e3 * self.high:.1f} mm"
-        return f"on {kind}, {heights}, a swing in {self.period:.4g} s"
+        swing = f", a swing in {self.period:.4g} s" if np.isfinite(self.period) else ""
+        return f"on {kind}, {heights}{swing}"
 
 
 def swinging(times: Floats, heights: Floats) -> Swinging:

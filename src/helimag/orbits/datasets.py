@@ -6,7 +6,7 @@ xarray, MATLAB (``ncread``) and any HDF5 reader open it. ``axis`` runs over x, y
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 STABILITY = ("no_orbit", "unstable", "stable")
-ENDS = ("captured", "stayed", "attracted", "fell", "wall-limited", "out of step", "left")
+ENDS = ("captured", "stayed", "attracted", "fell", "wall-limited", "out of step", "left", "broke down")
 PLACE = "head when a turn of the magnet begins, moving frame"
 ATTITUDE = "rotation from body to moving frame, scalar first, when a turn of the magnet begins"
 
@@ -131,8 +131,16 @@ def branches_dataset(branches: Sequence["Branch"]) -> "xarray.Dataset":
     return _dataset(data, {}, scenario, "branches of orbits", {"ends": ends})
 
 
+class Along(NamedTuple):
+    """Values of an input, SI or text, with its unit, along a dimension of a grid."""
+
+    dimension: str
+    unit: str
+    values: Sequence[float | str]
+
+
 def comparison_dataset(
-    result: "Comparison", scenario: Scenario, axes: Mapping[str, Sequence[float | str]]
+    result: "Comparison", scenario: Scenario, inputs: Mapping[str, Along], dimensions: Sequence[str]
 ) -> "xarray.Dataset":
     """Verdicts of a grid of runs beside orbits.
 
@@ -140,20 +148,25 @@ def comparison_dataset(
     ----------
     scenario
         What the runs have in common.
-    axes
-        The inputs' values, SI, in the order of the grid's dimensions; text is numbered.
+    inputs
+        By dotted path; text is numbered.
+    dimensions
+        Of the grid, in order. One that a single input runs along gets that input's name.
     """
     from helimag.orbits.against import Why
 
-    dims = tuple(path.replace(".", "_") for path in axes)
+    paths = {dim: [path for path, given in inputs.items() if given.dimension == dim] for dim in dimensions}
+    names = {dim: on[0].replace(".", "_") if len(on) == 1 else dim for dim, on in paths.items()}
+    dims = tuple(names.values())
     named: dict[str, Variable] = {}
-    for dim, (path, values) in zip(dims, axes.items(), strict=True):
-        numbers = all(isinstance(value, float) for value in values)
-        named[dim] = (
-            ((dim,), np.array(values), _input(scenario, path))
-            if numbers
-            else _flags((dim,), list(range(len(values))), [str(value) for value in values], path)
-        )
+    for path, (along, unit, values) in inputs.items():
+        dim = (names[along],)
+        if any(isinstance(value, str) for value in values):
+            words = list(dict.fromkeys(str(value) for value in values))
+            variable = _flags(dim, [words.index(str(value)) for value in values], words, path)
+        else:
+            variable = _number(dim, values, unit, path)
+        named[path.replace(".", "_")] = variable
     verdicts = ("none", *(str(verdict) for verdict in Verdict))
     whys = ("nothing to explain", *(str(why) for why in Why))
     codes = np.zeros(result.verdicts.shape, dtype=int)

@@ -1,6 +1,6 @@
 """Find orbits: from a neighbour, from a run, from a grid of places; one or many."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from helimag.orbits import _chart as chart
 from helimag.orbits._floquet import fast_multipliers, multipliers_of, rates_of
 from helimag.orbits._newton import Solved, solve
 from helimag.orbits._problem import Floats, Ints, Problem
-from helimag.orbits._starts import default_box, on_grid, strobed
+from helimag.orbits._starts import default_box, long_axes, on_grid, open_water, strobed
 from helimag.orbits.orbit import Orbit, OrbitStatus
 from helimag.scenario import Scenario
 
@@ -22,7 +22,13 @@ GRID = (5, 5, 7)  # starts of a list
 COARSE = (3, 3, 5)  # starts where a run led to no stable orbit
 
 
-def find_orbit(scenario: Scenario, *, near: "Orbit | Floats | None" = None, thorough: bool = True) -> Orbit:
+def find_orbit(
+    scenario: Scenario,
+    *,
+    near: "Orbit | Floats | None" = None,
+    thorough: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Orbit:
     """Find the orbit of a scenario: the run that repeats itself, turn of the magnet by turn, in the frame of the drive.
 
     Parameters
@@ -34,6 +40,8 @@ def find_orbit(scenario: Scenario, *, near: "Orbit | Floats | None" = None, thor
         states along a run, and where that leads to no stable orbit, on a grid of places around the magnet.
     thorough
         Whether to go on to the grid.
+    progress
+        Called with the fraction done of the run, which takes most of the time where the device is stiff.
 
     Returns
     -------
@@ -49,7 +57,7 @@ def find_orbit(scenario: Scenario, *, near: "Orbit | Floats | None" = None, thor
     problem = Problem([scenario])
     if near is not None:
         return _solved(problem, _state_of(near)[None])[0]
-    (run,) = strobed(scenario, RUN_DURATION, samples=RUN_SAMPLES)
+    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES, progress=progress)
     states = run.states
     orbits = _distinct(_solved(problem, states, refine=False))
     if thorough and not any(orbit.stable for orbit in orbits):
@@ -70,6 +78,7 @@ def list_orbits(
     high: Sequence[float] | None = None,
     shape: tuple[int, int, int] = GRID,
     both_ways: bool = True,
+    progress: Callable[[float], None] | None = None,
 ) -> list[Orbit]:
     """All orbits that a grid of starts and a run lead to, the most stable first.
 
@@ -81,6 +90,8 @@ def list_orbits(
         Starts along x, y and z.
     both_ways
         Also begin with the device's nose pointing the other way along the field's axis.
+    progress
+        Called with the fraction done of the run.
     """
     problem = Problem([scenario])
     default = default_box(scenario, problem.arm[0])
@@ -92,7 +103,7 @@ def list_orbits(
     ):
         raise InputError("low and high must be corners of a box, three finite numbers each, low below high")
     starts = on_grid(problem, 0, corners[0], corners[1], shape, both_ways=both_ways)
-    (run,) = strobed(scenario, RUN_DURATION, samples=RUN_SAMPLES)
+    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES, progress=progress)
     orbits = _distinct(_solved(problem, np.concatenate([starts, run.states]), refine=False))
     found = [
         _refined(problem, orbit)
@@ -195,32 +206,32 @@ def classify(problem: Problem, which: Ints, solved: Solved) -> list[OrbitStatus]
         elif below[i] or far[i]:
             result.append(OrbitStatus.LEFT_BOX)
         elif solved.converged[i]:
-            inside = _inside(problem.scenarios[number], solved.measures[i])
+            inside = _inside(problem.scenarios[number], solved.states[i], solved.measures[i])
             result.append(OrbitStatus.FOUND if inside else OrbitStatus.WALL_LIMITED)
         else:
             result.append(OrbitStatus.LOST_STEP if solved.measures[i, 7] < 0.0 else OrbitStatus.NO_ORBIT)
     return result
 
 
-def _inside(scenario: Scenario, measures: Floats) -> bool:
-    """Whether an orbit keeps clear of floor and surface, and of walls if it goes round; a straight run ends at them.
+def _inside(scenario: Scenario, state: Floats, measures: Floats) -> bool:
+    """Whether an orbit keeps clear of floor, surface and walls; a drive that moves on to one ends there anyway.
 
-    The tail lies behind the head along the mean attack angle.
+    Heights of the tail are by the mean attack angle, places sideways by the state at the start of the period. A device
+    that goes round comes to every side of its circle.
     """
-    low, high = np.array(scenario.workspace.box)
-    head, drive = scenario.device.head.radius, scenario.drive
-    tail_radius = scenario.device.helix.outer_diameter / 2.0
+    low, high = np.array(open_water(scenario).workspace.box)
     length = scenario.device.head.reach + scenario.device.helix.length
-    tail = -length * np.sin(measures[5])
-    if drive.velocity[2] == 0.0:
-        lowest = min(measures[3] - head, measures[3] + tail - tail_radius)
-        highest = max(measures[4] + head, measures[4] + tail + tail_radius)
-        if not (low[2] < lowest and highest < high[2]):
-            return False
-    if drive.yaw_rate != 0.0:
-        reach = np.hypot(np.hypot(*measures[:2]), length * np.cos(measures[5])) + tail_radius
-        return bool(np.all(low[:2] < -reach) and np.all(reach < high[:2]))
-    return True
+    radii = np.array([scenario.device.head.radius, scenario.device.helix.outer_diameter / 2.0])  # of head and tail
+    ends = state[:2] - np.outer([0.0, length], long_axes(state[None])[0, :2])
+    if scenario.drive.yaw_rate != 0.0:
+        reach = np.full(2, np.max(np.linalg.norm(ends, axis=1) + radii))
+        least, most = -reach, reach
+    else:
+        least, most = np.min(ends - radii[:, None], axis=0), np.max(ends + radii[:, None], axis=0)
+    heights = np.array([0.0, -length * np.sin(measures[5])])
+    least = np.append(least, np.min(measures[3] + heights - radii))
+    most = np.append(most, np.max(measures[4] + heights + radii))
+    return bool(np.all(low < least) and np.all(most < high))
 
 
 def _distinct(orbits: list[Orbit]) -> list[Orbit]:

@@ -32,7 +32,8 @@ class FixedPoint:
     rates
         (3,) eigenvalues of the flow there (1/s), leading first.
     error
-        m: how far the full model's point of rest lies from here, by the drift that the full model has here.
+        m: how far the full model's point of rest lies from here, by the drift that the full model has here; nan where
+        that cannot be told.
     """
 
     position: Floats
@@ -160,6 +161,8 @@ def _error(flow: SlowFlow, place: Floats, slope: Floats) -> float:
     period = float(problem.period[0])
     state, _ = settle(problem, one, flow.state_at(place)[None])
     _, jacobian, _ = problem.linearized(one, state, columns=range(3, 6))
+    if not np.isfinite(jacobian).all():
+        return float("nan")
     slowest = float(np.abs(np.linalg.eigvals(jacobian[0, 3:, 3:])).max())
     turns = int(np.ceil(np.log(SETTLED) / np.log(slowest))) if 0.0 < slowest < 1.0 else MOST_TURNS
     state, _ = problem.map(one, state, periods=min(max(turns, 1), MOST_TURNS))

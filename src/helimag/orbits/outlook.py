@@ -11,14 +11,15 @@ from helimag.errors import InputError
 from helimag.gain import Verdict
 from helimag.orbits import _chart as chart
 from helimag.orbits._problem import Floats, Problem, require_periodic
-from helimag.orbits._starts import strobed, to_moving
+from helimag.orbits._starts import open_water, strobed, to_moving
+from helimag.orbits.attraction import comes_to
 from helimag.orbits.closed_curve import swinging
 from helimag.orbits.find import find_orbit
 from helimag.orbits.orbit import Orbit, describe_rates
 from helimag.scenario import Scenario, parse
 from helimag.trajectory import Trajectory
 
-ON_ORBIT = 0.05  # of the distance and radians: a run this near its orbit is on it
+ON_ORBIT = 0.05  # of the distance and radians: a run that is this near the orbit that it comes to is on it
 INSIDE = (Verdict.BOUNDED, Verdict.DRIFTING)
 SHORTEST, LONGEST = 1800.0, 20_000.0  # s, that a run is taken on
 SAMPLES = 2000  # at whole turns, of a run taken on
@@ -59,8 +60,9 @@ class Outlook:
 def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None = None) -> Outlook:
     """Say what becomes of a simulated run after its horizon.
 
-    A run that ends beside a stable orbit stays there for all time. Any other is taken on, until it leaves, comes to a
-    stable orbit, or has stayed for 20,000 s more (less where that would take long): then it may be on a closed curve.
+    It is taken on for a decay time of the stable orbit that its end leads to, at least 1800 s, to see whether it comes
+    to it. Without one it is taken on until it leaves or has stayed for 20,000 s more: then it may be on a closed curve.
+    Where that would take the integrator very many steps, it is taken on for less.
 
     Parameters
     ----------
@@ -76,7 +78,7 @@ def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None 
     """
     if trajectory.scenario_toml is None:
         raise InputError("explaining a run by its orbit needs a simulated run, which knows its scenario")
-    scenario = _without_end(parse(trajectory.scenario_toml))
+    scenario = open_water(parse(trajectory.scenario_toml))
     if trajectory.verdict not in INSIDE:
         return Outlook(Future.GONE, "the run left; no orbit is sought from its end")
     try:
@@ -86,30 +88,23 @@ def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None 
     time = float(trajectory.dataset["time"].values[-1])
     state = _at_whole_turn(scenario, time, trajectory.final_state)
     orbit = find_orbit(scenario, near=state)
-    begin = f"inside for {time:.0f} s"
-    if _on(orbit, state):
-        return Outlook(Future.ON_ORBIT, f"{begin}, on a stable orbit: {describe_rates(orbit.rates)}", orbit)
-    longest = min(LONGEST, MOST_STEPS * time / max(1.0, float(trajectory.dataset.attrs["steps"])))
+    begin = f"inside for {time:.0f} s" if time >= 1.0 else f"inside for {time:.2g} s"
+    needed = float(trajectory.dataset.attrs["steps"]) - trajectory.dataset.sizes["time"]  # less those cut by samples
+    longest = min(LONGEST, MOST_STEPS * time / max(1.0, needed))
     longer = min(longest, max(SHORTEST, -1.0 / orbit.growth)) if orbit.stable else longest
     (later,) = strobed(scenario, longer, samples=SAMPLES, states=state[None], progress=progress)
     if later.status is not Status.HORIZON:
         how = f"taken on, it {ENDS[later.status]} after another {later.end:.0f} s"
         return Outlook(Future.LEAVES, f"{begin}, but {_what_there_is(orbit)}: {how}", orbit)
     reached = find_orbit(scenario, near=later.states[-1])
-    if reached.stable and _away(reached, later.states[-1]) < max(ON_ORBIT, _away(reached, state)):
+    if reached.stable and comes_to(reached, later.states[:, :3]):
+        if _away(reached, state) < ON_ORBIT:
+            return Outlook(Future.ON_ORBIT, f"{begin}, on a stable orbit: {describe_rates(reached.rates)}", reached)
         text = f"{begin}, coming to the stable orbit at {_place(reached)}: {describe_rates(reached.rates)}"
         return Outlook(Future.COMING, text, reached)
     motion = swinging(later.times, later.states[:, 2])
     text = f"{begin} and for another {later.end:.0f} s, {motion.text}, though {_what_there_is(reached)}"
     return Outlook(Future.SWINGS if motion.closed else Future.STAYS, text, reached)
-
-
-def _without_end(scenario: Scenario) -> Scenario:
-    """The scenario without the walls that a straight run comes to: what it would do if the tank went on."""
-    if scenario.drive.yaw_rate != 0.0 or not any(scenario.drive.velocity):
-        return scenario
-    workspace = type(scenario.workspace)(floor=scenario.workspace.floor, surface=scenario.workspace.surface)
-    return scenario.model_copy(update={"workspace": workspace})
 
 
 def _at_whole_turn(scenario: Scenario, time: float, state: Floats) -> Floats:
@@ -125,10 +120,6 @@ def _at_whole_turn(scenario: Scenario, time: float, state: Floats) -> Floats:
 def _away(orbit: Orbit, state: Floats) -> float:
     length = np.array([orbit.scenario.drive.distance])
     return float(np.linalg.norm(chart.coordinates(state[None], orbit.state[None], length)))
-
-
-def _on(orbit: Orbit, state: Floats) -> bool:
-    return orbit.stable and _away(orbit, state) < ON_ORBIT
 
 
 def _what_there_is(orbit: Orbit) -> str:

@@ -1,6 +1,6 @@
 """Orbits at the nodes of a grid of any dimension: from one that is known on to its neighbours while they are stable."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
@@ -101,22 +101,28 @@ class Spread:
         return np.asarray(chart.moved(state[None], change, self._length)[0])
 
     def _attempt(self, nodes: list[Node], starts: Floats) -> None:
-        scenarios = [self.scenario_at(node) for node in nodes]
-        for node in nodes:
+        """Search at nodes from starts (n, 7); those with the same model of the magnet's field at once."""
+        batches: dict[str, list[tuple[Node, Scenario, Floats]]] = {}
+        for node, start in zip(nodes, starts, strict=True):
             self.attempts[node] += 1
-        valid = [k for k, scenario in enumerate(scenarios) if scenario is not None]
-        if not valid:
-            return
-        problem = Problem([scenario for scenario in scenarios if scenario is not None])
-        which = np.arange(len(valid))
-        solved = solve(problem, which, starts[valid], iterations=ITERATIONS)
+            scenario = self.scenario_at(node)
+            if scenario is not None:
+                batches.setdefault(scenario.magnet[0].field, []).append((node, scenario, start))
+        for batch in batches.values():
+            tried, scenarios, begun = zip(*batch, strict=True)
+            self._solve(tried, scenarios, np.array(begun))
+
+    def _solve(self, nodes: Sequence[Node], scenarios: Sequence[Scenario], starts: Floats) -> None:
+        problem = Problem(scenarios)
+        which = np.arange(len(nodes))
+        solved = solve(problem, which, starts, iterations=ITERATIONS)
         status = classify(problem, which, solved)
         good = np.flatnonzero([s is OrbitStatus.FOUND for s in status])
         if good.size == 0:
             return
         rates = rates_of(multipliers_of(solved.jacobian[good]), problem.period[good])
-        for k, rate in zip(good, rates, strict=True):
-            node, lead = nodes[valid[k]], rate[np.argmax(rate.real)]
+        for k, rate in zip(good.tolist(), rates, strict=True):
+            node, lead = nodes[k], rate[np.argmax(rate.real)]
             if np.isnan(self.growth[node]) or lead.real < 0.0:
                 self.growth[node], self.swing[node] = lead.real, abs(lead.imag)
                 self.states[node] = solved.states[k]

@@ -30,6 +30,7 @@ ENDS = {  # in the order of the legend
     "wall-limited": PURPLE,
     "out of step": PALE,
     "left": YELLOW,
+    "broke down": DARK,
 }
 ON: dict[str, Any] = {
     "marker": "o",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.scenario import Scenario, parse
 from helimag.sweeps.compute import Outcome, label
-from helimag.sweeps.design import resolve
+from helimag.sweeps.design import ResolvedAxis, resolve
 from helimag.sweeps.plan import parse_plan
 
 if TYPE_CHECKING:
@@ -28,7 +28,9 @@ class Nodes:
     base
         What the runs have in common.
     axes
-        Values of each swept field, SI or text.
+        Each swept field with its values, SI or text, and the dimension that it runs along: zipped ones share one.
+    dimensions
+        Of the grid, in order.
     verdicts
         Of the grid's shape, text; empty where a run failed or is missing.
     scenario_at
@@ -38,7 +40,8 @@ class Nodes:
     """
 
     base: Scenario
-    axes: dict[str, tuple[float | str, ...]]
+    axes: tuple[ResolvedAxis, ...]
+    dimensions: tuple[str, ...]
     verdicts: NDArray[np.str_]
     scenario_at: Callable[[tuple[int, ...]], Scenario | None]
     values_at: Callable[[tuple[int, ...]], dict[str, float | str]]
@@ -71,5 +74,4 @@ def nodes_of(dataset: "xarray.Dataset") -> Nodes:
 
     names = {int(outcome): label(outcome) if outcome in RUN else "" for outcome in Outcome}
     verdicts = np.vectorize(names.__getitem__, otypes=[str])(flags)
-    axes = {axis.field: axis.values for axis in design.axes}
-    return Nodes(base, axes, verdicts, scenario_at, values_at)
+    return Nodes(base, design.axes, tuple(design.shape), verdicts, scenario_at, values_at)
