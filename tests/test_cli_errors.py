@@ -115,6 +115,16 @@ def test_outputs_that_cannot_be_written(helimag, tmp_path, name):
     assert (tmp_path / "file").read_text() == "keep me"
 
 
+def test_a_trajectory_is_written_as_netcdf_alone(helimag, tmp_path):
+    refused(helimag("simulate", "paper/fig3c", "-o", tmp_path / "run.csv"), "--output", ".nc", "run.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_scenario_is_no_plan(helimag, tmp_path):
+    place = write(tmp_path / "mine.toml")
+    refused(helimag("sweep", place, "-o", tmp_path / "a.zarr"), "mine.toml", "scenario, not a plan", "[[axis]]")
+
+
 def test_output_into_a_place_that_takes_no_files(helimag):
     refused(helimag("simulate", "paper/fig3c", "--duration", "0.1 s", "-o", "/proc/run.nc"), "/proc/run.nc")
 

@@ -129,6 +129,9 @@ def test_each_difference_is_run_on_and_named(store: Path) -> None:
     assert listed[1, 2].why is Why.BASIN
     assert result.beside[1, 2]
     assert "starts outside the basin" in result.text
+    counted = result.decided & result.away
+    assert f"{(result.agree & counted).sum()} of {counted.sum()} " in result.text
+    assert "nan" not in result.text
 
 
 @pytest.mark.parametrize(

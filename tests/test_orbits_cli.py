@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from helimag.cli import main
+from helimag.orbits import robust_inputs
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
 SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]
@@ -88,3 +89,43 @@ def test_all_orbits_are_listed(monkeypatch, capsys):
     assert len(lines) > 1
     assert "(-7.58, -12.77, -11.92) mm" in lines[0]
     assert ["unstable" in line for line in lines] == [False] + [True] * (len(lines) - 1)
+
+
+def test_a_straight_run_has_no_circle(monkeypatch, capsys):
+    straight = ["--set", "drive.yaw_rate=0 deg/s", "--set", 'drive.velocity=["0.5 mm/s", "0 mm/s", "0 mm/s"]']
+    status, out, _ = run(monkeypatch, capsys, "orbit", *SCENARIO, *straight, "--json")
+    report = json.loads(out)
+    assert status == 0
+    assert report["found"]
+    assert report["radius_m"] is None
+    assert report["speed_m_per_s"] == 5e-4
+    status, _, err = run(monkeypatch, capsys, "design", *SCENARIO, *straight, "--radius", "10 mm")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "circular" in err
+
+
+def test_no_orbit_has_a_reason_in_the_list_too(monkeypatch, capsys):
+    status, out, _ = run(monkeypatch, capsys, "orbit", "paper/table1-row1", "--all")
+    assert status == 0
+    assert "0 orbits" in out
+    assert "wall-limited" in out
+
+
+def test_options_are_named_where_their_quantity_is_wrong(monkeypatch, capsys):
+    for words, option in ((["design", "--speed", "1 mm"], "--speed"), (["orbit", "flow", "--box", "abc"], "--box")):
+        status, _, err = run(monkeypatch, capsys, *words[:-2], "paper/fig3c", *words[-2:])
+        assert (status, err.count("\n")) == (2, 1)
+        assert f"{option} must be" in err
+
+
+def test_design_as_json(monkeypatch, capsys):
+    for name, value in {"SAMPLES": 16, "CANDIDATES": 1, "POLISHES": 1, "LONGEST_RUN": 3000.0}.items():
+        monkeypatch.setattr(robust_inputs, name, value)
+    limits = ["--limit", "drive.frequency=2 Hz..3.2 Hz", "--limit", "drive.pitch=6 deg..16 deg"]
+    status, out, err = run(
+        monkeypatch, capsys, "design", *SCENARIO, "--speed", "0.45 mm/s", *limits, "--runs", "4", "--json"
+    )
+    assert (status, err) == (0, "")
+    report = json.loads(out)
+    assert report["runs"] == {"bounded": 4}
+    assert report["orbit"]["position_error_m"] < 1e-6

@@ -189,6 +189,9 @@ def _settled(run: Heights) -> tuple[Verdict, str]:
 
     With changes that shrink by a constant ratio r, the rest after the last change is change * r / (1 - r) (Aitken).
     """
+    if run.time.size <= PARTS:
+        few = f"inside for {run.time[-1]:.0f} s, but {run.time.size} samples are too few to tell whether it has settled"
+        return Verdict.DRIFTING, f"{few}: take {PARTS + 1} or more (run.interval)"
     quarters = _part_means(run).reshape(4, -1)
     _, before, last = np.diff(quarters.mean(axis=1))
     ratio = last / before if before != 0.0 else 0.0
@@ -201,7 +204,7 @@ def _settled(run: Heights) -> tuple[Verdict, str]:
         return Verdict.DRIFTING, f"{end}, but the height swings ever more: {1e3 * growth:+.2f} mm in the last quarter"
     if rest > SETTLED * run.initial_gap:
         way = "rises" if last > 0.0 else "sinks"
-        left = "" if np.isinf(rest) else f", with {1e3 * rest:.2f} mm expected to follow"
+        left = "" if np.isinf(rest) else f", {1e3 * rest:.2f} mm more by extrapolation"
         return (
             Verdict.DRIFTING,
             f"{end}, but the mean height still {way}: {1e3 * last:+.2f} mm in the last quarter{left}",

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from helimag.quantities import Kind
     from helimag.scenario import Scenario
 
 FIGURES = (".png", ".svg", ".pdf")
@@ -116,6 +117,16 @@ def input_range(option: str, scenario: "Scenario", text: str) -> tuple[str, tupl
         raise InputError(f'{option} must be an input and a range such as drive.pitch="5 deg..15 deg"; got {text!r}')
     given = Input(path.strip())
     return given.path, (given.read(scenario, low.strip()), given.read(scenario, high.strip()))
+
+
+def quantity(option: str, text: str, kind: "Kind") -> float:
+    """An option's value in SI; ``option`` names it in messages."""
+    from helimag import quantities
+
+    try:
+        return quantities.parse(text, kind)
+    except InputError as error:
+        raise InputError(f"{option} {error}") from None
 
 
 def print_json(data: object) -> None:

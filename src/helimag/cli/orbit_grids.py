@@ -22,6 +22,7 @@ from helimag.cli._shared import (
     input_range,
     print_json,
     progress_bar,
+    quantity,
     scenario_from,
     write_outputs,
 )
@@ -267,7 +268,7 @@ def _read_box(text: str | None) -> "float | tuple[Floats, Floats] | None":
     if text is None:
         return None
     if ".." not in text:
-        reach = q.parse(text, q.LENGTH)
+        reach = quantity("--box", text, q.LENGTH)
         if not reach > 0.0:
             raise InputError(f"--box must reach farther than nothing; got '{text}'")
         return reach

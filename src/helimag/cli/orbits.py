@@ -1,5 +1,6 @@
 """Commands about orbits: orbit with map, flow and basin beside it, and design."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,6 +19,7 @@ from helimag.cli._shared import (
     input_range,
     print_json,
     progress_bar,
+    quantity,
     scenario_from,
     write_outputs,
 )
@@ -80,6 +82,8 @@ def orbit(
         with progress_bar(f"searching orbits of {chosen.name}") as progress:
             found = orbits.list_orbits(chosen, progress=progress)
         _print_all(chosen, found, json)
+        if not found and not json:
+            print(f"  {orbits.find_orbit(chosen).text}")
         return
     with progress_bar(f"searching the orbit of {chosen.name}") as progress:
         result = orbits.find_orbit(chosen, progress=progress)
@@ -154,8 +158,8 @@ def design(
     with progress_bar(f"designing {chosen.name}") as progress:
         result = orbits.design(
             chosen,
-            speed=None if speed is None else quantities.parse(speed, quantities.VELOCITY),
-            radius=None if radius is None else quantities.parse(radius, quantities.LENGTH),
+            speed=None if speed is None else quantity("--speed", speed, quantities.VELOCITY),
+            radius=None if radius is None else quantity("--radius", radius, quantities.LENGTH),
             limits=limits,
             runs=runs,
             progress=progress,
@@ -196,9 +200,9 @@ def _report(orbit: "Orbit") -> dict[str, Any]:
         "rates_per_s": [[r.real, r.imag] for r in orbit.rates],
         "attack_angle_deg": degrees(orbit.attack_angle) if orbit.found else None,
         "wobble_deg": degrees(orbit.wobble) if orbit.found else None,
-        "radius_m": orbit.radius if orbit.found else None,
+        "radius_m": orbit.radius if math.isfinite(orbit.radius) else None,
         "speed_m_per_s": orbit.speed if orbit.found else None,
-        "position_error_m": orbit.position_error if orbit.found else None,
+        "position_error_m": orbit.position_error if math.isfinite(orbit.position_error) else None,
     }
 
 
@@ -213,7 +217,8 @@ def _print_one(orbit: "Orbit", json: bool) -> None:
         print(
             f"  attack angle  {degrees(orbit.attack_angle):.1f} deg, wobble {degrees(orbit.wobble):.1f} deg over a turn"
         )
-        print(f"  path          radius {1e3 * orbit.radius:.2f} mm, speed {1e3 * orbit.speed:.3f} mm/s")
+        circle = f"radius {1e3 * orbit.radius:.2f} mm, " if math.isfinite(orbit.radius) else ""
+        print(f"  path          {circle}speed {1e3 * orbit.speed:.3f} mm/s")
         print(f"  place         known to {1e9 * orbit.position_error:.1g} nm in the integration")
 
 

@@ -15,6 +15,7 @@ from helimag.cli._shared import (
     progress_bar,
     scenario_from,
 )
+from helimag.errors import InputError
 
 if TYPE_CHECKING:
     from helimag.orbits import Outlook
@@ -79,6 +80,8 @@ def simulate(
 
     if output is not None:
         check_target(output)
+        if output.suffix.lower() not in (".nc", ".nc4", ".h5"):
+            raise InputError(f"--output must end in .nc (netCDF, which is HDF5); got '{output}'")
     chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
     with progress_bar(f"simulating {chosen.name}") as progress:
         trajectory = run(chosen, device=device, progress=progress)

@@ -121,12 +121,15 @@ class Comparison:
 
     def share(self, *, beside: bool = False) -> float:
         """Share that agrees away from the boundary: of decided runs, or of runs beside the orbit where it is stable."""
-        if beside:
-            told = np.where(self.stable, self.beside, self.agree)
-            counted = self.away & ((self.stable & (self.verdicts != "")) | self.decided)
-        else:
-            told, counted = self.agree, self.away & self.decided
+        told, counted = self._told_beside if beside else (self.agree, self.decided)
+        counted = counted & self.away
         return float(told[counted].mean()) if counted.any() else float("nan")
+
+    @property
+    def _told_beside(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which nodes agree where runs beside the orbit decide if it is stable; and which count."""
+        told = np.where(self.stable, self.beside, self.agree)
+        return np.asarray(told, dtype=bool), np.asarray((self.stable & (self.verdicts != "")) | self.decided)
 
     @property
     def text(self) -> str:
@@ -134,16 +137,24 @@ class Comparison:
         drifting = int(np.count_nonzero(self.verdicts == str(Verdict.DRIFTING)))
         tally = Counter(case.why for case in self.cases)
         lines = [
-            f"{self.verdicts.size} nodes, {int(self.away.sum())} away from the boundary of stability, "
-            f"{drifting} undecided (drifting)",
+            f"{self.verdicts.size} nodes, of which {int(self.away.sum())} lie away from the boundary of stability (no "
+            f"neighbour differs); {drifting} undecided (drifting)",
+            f"runs that agree with the orbit: {_count(self.agree, self.decided, self.away)}",
         ]
-        if (share := self.share()) >= 0.0:
-            lines.append(f"decided runs agree with the orbit at {100.0 * share:.1f} % of those away from the boundary")
-        if (share := self.share(beside=True)) >= 0.0:
-            beside = f"the same with runs that start {1e3 * BESIDE:.0f} mm beside the orbit where it is stable"
-            lines.append(f"{beside}: {100.0 * share:.1f} %")
+        told, counted = self._told_beside
+        start = f"with runs from {1e3 * BESIDE:.0f} mm beside the orbit where it is stable"
+        lines.append(f"the same {start}: {_count(told, counted, self.away)}")
         lines += [f"{count:4d} {why}: {why.meaning}" for why, count in tally.most_common()]
         return "\n".join(lines)
+
+
+def _count(agree: NDArray[np.bool_], counted: NDArray[np.bool_], away: NDArray[np.bool_]) -> str:
+    """How many of those that count agree, away from the boundary of stability and beside it."""
+    parts = []
+    for kind, where in (("away from the boundary", away & counted), ("beside it", ~away & counted)):
+        share = f" ({100.0 * agree[where].mean():.1f} %)" if where.any() else ""
+        parts.append(f"{int(agree[where].sum())} of {int(where.sum())}{share} {kind}")
+    return ", ".join(parts)
 
 
 def compare_with_orbits(

@@ -111,14 +111,15 @@ class Orbit:
 
     @property
     def radius(self) -> float:
-        """Of the circle that the head's mean position describes in the lab, m."""
-        return math.hypot(self.mean_position[0], self.mean_position[1])
+        """Of the circle that the head's mean position describes in the lab, m; nan for a straight run."""
+        circular = self.scenario.drive.yaw_rate != 0.0
+        return math.hypot(self.mean_position[0], self.mean_position[1]) if circular else math.nan
 
     @property
     def speed(self) -> float:
         """Of the head along its mean path in the lab, m/s."""
         drive = self.scenario.drive
-        return math.hypot(*drive.velocity, abs(drive.yaw_rate) * self.radius)
+        return math.hypot(*drive.velocity, drive.yaw_rate * self.radius if drive.yaw_rate else 0.0)
 
     @property
     def text(self) -> str:

@@ -177,6 +177,8 @@ class _Task:
             if not span > 0.0:
                 raise InputError(f"limits of {given.path} must be a lower and a higher value")
         self.wanted = {name: value for name, value in wanted.items() if value is not None}
+        if "radius" in self.wanted and scenario.drive.yaw_rate == 0.0:
+            raise InputError("radius needs a circular run: drive.yaw_rate must not be zero")
         for name, value in self.wanted.items():
             if not value > 0.0:
                 raise InputError(f"{name} must be greater than zero; got {value}")
@@ -356,7 +358,9 @@ class _Task:
             verdicts = self._perturbed_runs(orbit, scenario, here, share * margins, runs, on_orbit)
             if verdicts.get(Verdict.BOUNDED, 0) == runs:
                 tolerances = dict(zip(intervals, (share * margins).tolist(), strict=True))
-                return Design(orbit, scenario, intervals, tolerances, verdicts, on_orbit)
+                return Design(
+                    find_orbit(orbit.scenario, near=orbit), scenario, intervals, tolerances, verdicts, on_orbit
+                )
         return None
 
     def _perturbed(self, here: Floats, half: Floats, signs: Floats) -> list[Scenario]:

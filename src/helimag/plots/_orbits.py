@@ -106,8 +106,8 @@ def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -
     with styled():
         figure = Figure(figsize=(120.0 * MM, 95.0 * MM), layout="constrained")
         axis = figure.subplots()
-        image = axis.pcolormesh(first, second, decay.T, cmap="viridis", shading="nearest", norm=LogNorm())
-        figure.colorbar(image, ax=axis, label="longest decay time (s)")
+        image = axis.pcolormesh(first, second, decay.T, cmap="viridis", shading="nearest", norm=_scale_of(decay))
+        figure.colorbar(image, ax=axis, label="longest decay time (s)", extend="max")
         looks = draw_curves(axis, curves, scales=(scales[0][0], scales[1][0]))
         axis.set_xlim(first[0], first[-1])
         axis.set_ylim(second[0], second[-1])
@@ -116,6 +116,13 @@ def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -
         if looks:
             figure.legend(handles=looks, loc="outside lower center", ncols=4)
     return figure
+
+
+def _scale_of(decay: Floats) -> LogNorm:
+    """Colours over the decay times; those beside a Neimark-Sacker curve, which have no limit, share the last one."""
+    shortest = float(np.nanmin(decay)) if np.isfinite(decay).any() else 1.0
+    longest = float(np.nanmax(decay)) if np.isfinite(decay).any() else 10.0
+    return LogNorm(shortest, max(min(longest, 30.0 * shortest), 2.0 * shortest))
 
 
 def _scale(given: Input, result: StabilityMap) -> tuple[float, str]:

@@ -122,6 +122,10 @@ def parse_plan(text: str, source: str = "plan") -> Plan:
         Where the text is not TOML or not a plan.
     """
     data = toml_tables(text, source)
+    if "device" in data:
+        raise InputError(
+            f"{source} is a scenario, not a plan: a plan has a base, such as that file, and [[axis]] tables"
+        )
     try:
         return Plan.model_validate(data, context={"file": True})
     except ValidationError as error:
@@ -157,8 +161,13 @@ def _message(problem: dict[str, Any]) -> str:
         case "missing":
             return f"{where} is missing"
         case "extra_forbidden":
-            return f"{where} is not a known key; got {problem['input']!r}"
+            return f"{where} is not a known key; got {_short(problem['input'])}"
         case "value_error":
             return f"{where} {text}".strip()
         case _:
-            return f"{where}: {text[0].lower()}{text[1:]}; got {problem['input']!r}"
+            return f"{where}: {text[0].lower()}{text[1:]}; got {_short(problem['input'])}"
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
