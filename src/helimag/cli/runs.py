@@ -91,7 +91,7 @@ def simulate(
     if orbit:
         from helimag.orbits import explain
 
-        with progress_bar(f"taking {chosen.name} on") as progress:
+        with progress_bar(f"continuing {chosen.name}") as progress:
             outlook = explain(trajectory, progress=progress)
     if json:
         print_json(_report(trajectory) | _outlook_report(outlook))

@@ -47,9 +47,9 @@ class Why(StrEnum):
 
 _MEANINGS = {
     Why.BASIN: "the orbit is stable and a run beside it stays, but from the start the run leaves",
-    Why.SLOW_DRIFT: "the run had not settled at its horizon; taken on, it does what the orbit says",
-    Why.SHORT: "no stable orbit, and taken on the run leaves",
-    Why.SOON: "judged to have left, but taken on it comes back to the stable orbit",
+    Why.SLOW_DRIFT: "the run had not settled at its horizon; continued, it does what the orbit says",
+    Why.SHORT: "no stable orbit, and the run leaves when it is continued",
+    Why.SOON: "judged to have left, but it comes back to the stable orbit when it is continued",
     Why.OTHER: "no stable orbit is known, and the run stays all the same",
     Why.UNEXPLAINED: "the orbit is stable, but a run beside it leaves",
 }

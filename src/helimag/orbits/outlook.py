@@ -1,4 +1,4 @@
-"""What becomes of a run after its horizon: the orbit that its end leads to, or how it ends when it is taken on."""
+"""What becomes of a run after its horizon: the orbit that its end leads to, or how it ends when it is continued."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ from helimag.trajectory import Trajectory
 
 ON_ORBIT = 0.05  # of the distance and radians: a run that is this near the orbit that it comes to is on it
 INSIDE = (Verdict.BOUNDED, Verdict.DRIFTING)
-SHORTEST, LONGEST = 1800.0, 20_000.0  # s, that a run is taken on
-SAMPLES = 2000  # at whole turns, of a run taken on
-MOST_STEPS = 2e6  # of the integrator, that this may take; a stiff run is taken on for less
+SHORTEST, LONGEST = 1800.0, 20_000.0  # s, that a run is continued
+SAMPLES = 2000  # at whole turns, of a run continued
+MOST_STEPS = 2e6  # of the integrator, that this may take; a stiff run is continued for less
 
 
 class Future(StrEnum):
@@ -60,9 +60,9 @@ class Outlook:
 def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None = None) -> Outlook:
     """Say what becomes of a simulated run after its horizon.
 
-    It is taken on for a decay time of the stable orbit that its end leads to, at least 1800 s, to see whether it comes
-    to it. Without one it is taken on until it leaves or has stayed for 20,000 s more: then it may be on a closed curve.
-    Where that would take the integrator very many steps, it is taken on for less.
+    It is continued for a decay time of the stable orbit that its end leads to, at least 1800 s, to see whether it comes
+    to it. Without one it goes on until it leaves or has stayed for 20,000 s more: then it may be on a closed curve.
+    Where that would take the integrator very many steps, it is continued for less.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None 
     longer = min(longest, max(SHORTEST, -1.0 / orbit.growth)) if orbit.stable else longest
     (later,) = strobed(scenario, longer, samples=SAMPLES, states=state[None], progress=progress)
     if later.status is not Status.HORIZON:
-        how = f"taken on, it {ENDS[later.status]} after another {later.end:.0f} s"
+        how = f"continued, it {ENDS[later.status]} after another {later.end:.0f} s"
         return Outlook(Future.LEAVES, f"{begin}, but {_what_there_is(orbit)}: {how}", orbit)
     reached = find_orbit(scenario, near=later.states[-1])
     if reached.stable and comes_to(reached, later.states[:, :3]):
