@@ -25,7 +25,7 @@ def plot(
     animate
         Film to write instead: .mp4.
     """
-    if run.suffix == ".zarr":
+    if run.suffix == ".zarr" or run.is_dir():
         from helimag.cli.sweeps import plot_sweep
 
         plot_sweep(run, output)

@@ -307,7 +307,7 @@ def interactive_sweep(dataset: "xarray.Dataset") -> Any:
     for trace in figure.data:  # each verdict and curve once in the legend, all panels' together
         trace.update(legendgroup=trace.name, showlegend=trace.name not in named)
         named.add(trace.name)
-    figure.update_layout(title=dataset.attrs["title"], template="plotly_white", height=max(450, 320 * rows))
+    figure.update_layout(title=dataset.attrs["title"], template="plotly_white", height=max(640, 360 * rows))
     return figure
 
 
@@ -342,6 +342,7 @@ def _add_panel(figure: Any, part: "xarray.Dataset", place: dict[str, int]) -> No
                 mode="markers",
                 marker={"color": COLOURS[outcome], "size": 7},
                 name=_word(outcome),
+                legendrank=int(outcome),  # above the curves
                 text=text[here],
                 hoverinfo="text",
                 **place,
@@ -379,4 +380,6 @@ def save_html(figure: Any, path: str | Path) -> None:
         Where it cannot be written; nothing is left behind.
     """
     with replacing(path) as beside:
-        beside.write_text(figure.to_html(include_plotlyjs=True, full_html=True, div_id="sweep"), encoding="utf-8")
+        tall = f"{figure.layout.height:.0f}px"
+        page = figure.to_html(include_plotlyjs=True, full_html=True, div_id="sweep", default_height=tall)
+        beside.write_text(page, encoding="utf-8")
