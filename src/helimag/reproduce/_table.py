@@ -118,7 +118,10 @@ def _remark(entry: Row, ensemble: Ensemble) -> str:
                 "count here."
             )
         case "paper/fig3c", "verdict" if judgement.verdict is not Verdict.BOUNDED:
-            return f"Stays {judgement.reason}. So it does not leave, but it has no settled orbit as in the paper."
+            return (
+                f"Stays {judgement.reason}. So it does not leave within the paper's half hour, but it has no settled "
+                "orbit as in the paper; helimag simulate paper/fig3c says what becomes of it later."
+            )
         case "paper/fig3c", "gain" if judgement.gain > entry["value"]:
             sunk = (ensemble.scenario.drive.start[2] - ensemble.nominal.heights.low.min()) / judgement.input
             return (
