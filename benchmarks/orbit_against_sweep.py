@@ -14,8 +14,8 @@ import time
 import numpy as np
 
 import helimag as hm
+from helimag.engine.simulation import advance
 from helimag.orbits import Why, compare_with_orbits
-from helimag.simulation import advance
 
 
 def main() -> int:

@@ -13,10 +13,10 @@ import heyoka as hy
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from helimag._pack import arm_position
+from helimag.engine.packing import arm_position
+from helimag.engine.simulation import advance, start_state
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.scenario import Scenario, load
-from helimag.simulation import advance, start_state
 
 HORIZON = 100.0
 

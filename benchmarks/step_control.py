@@ -7,9 +7,10 @@ that are rejected; one that grows slowly stays below it. Work at equal error is 
 import numpy as np
 import warp as wp
 
-from helimag import _integrate, _step
+from helimag.engine import loop as _integrate
+from helimag.engine import step as _step
+from helimag.engine.simulation import advance
 from helimag.scenario import load
-from helimag.simulation import advance
 
 SETTINGS = ((0.9, 3.0), (0.9, 1.3), (0.9, 1.1), (0.8, 1.2), (0.8, 1.1), (0.85, 1.05))
 

@@ -6,8 +6,8 @@ range of heights; the place is taken whose attack angle in row 1 is nearest to t
 
 import numpy as np
 
+from helimag.engine.simulation import advance
 from helimag.scenario import load
-from helimag.simulation import advance
 
 WEIGHTS = np.arange(34e-6, 50e-6, 0.25e-6)
 PLACES = (0.0, -1e-3, -2e-3, -3e-3)

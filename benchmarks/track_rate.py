@@ -11,10 +11,10 @@ import tempfile
 import time
 
 from helimag.vision.cameras import Camera
-from helimag.vision.rendering import render_run
-from helimag.vision.staged import staged
-from helimag.vision.synthetic import Effects, paper_rig
-from helimag.vision.tracking import track
+from helimag.vision.synthetic.rendering import render_run
+from helimag.vision.synthetic.rig import Effects, paper_rig
+from helimag.vision.synthetic.staged import staged
+from helimag.vision.tracking.track import track
 
 REAL_TIME = 30.0
 

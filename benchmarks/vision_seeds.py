@@ -12,15 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from helimag.errors import HelimagError
-from helimag.measurement import output
-from helimag.trajectory import Trajectory
-from helimag.vision.calibration import calibrate
-from helimag.vision.rendering import render_run
-from helimag.vision.scoring import score
-from helimag.vision.session import Session, render_session
-from helimag.vision.staged import staged
-from helimag.vision.synthetic import Effects, paper_rig
-from helimag.vision.tracking import track
+from helimag.runs.measurement import output
+from helimag.runs.trajectory import Trajectory
+from helimag.vision.calibration.fit import calibrate
+from helimag.vision.calibration.session import Session, render_session
+from helimag.vision.synthetic.rendering import render_run
+from helimag.vision.synthetic.rig import Effects, paper_rig
+from helimag.vision.synthetic.scoring import score
+from helimag.vision.synthetic.staged import staged
+from helimag.vision.tracking.track import track
 
 CROSSING = 10.0  # in which the device crosses the tank (s); a piece of this is filmed
 STRAIGHT_SEEDS = 3  # with which refraction is also ignored

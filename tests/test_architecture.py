@@ -13,25 +13,24 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "helimag"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
-# what a room may import of the others; the time loop's own modules are one room, "simulation"
+# what a room may import of the others
 RULES = {
     "errors": set(),
     "files": {"errors"},
     "quantities": {"errors"},
     "scenario": {"errors", "files", "quantities"},
     "physics": {"errors"},
-    "gain": {"errors"},
-    "trajectory": {"errors", "files", "gain"},
+    "runs": {"errors", "files", "quantities"},
     "hydrodynamics": {"errors", "scenario"},
-    "simulation": {"errors", "scenario", "physics", "hydrodynamics", "gain", "trajectory"},
+    "engine": {"errors", "scenario", "physics", "hydrodynamics", "runs"},
+    "orbits": {"errors", "files", "scenario", "physics", "runs", "engine"},
+    "design": {"errors", "scenario", "runs", "engine", "orbits"},
 }
-LOOP = {"_integrate", "_step", "_tableau", "_pack", "_kernels", "simulation"}
 # everything else, from the ground up: a room imports only from lower ones
 STOREYS = [
     {*RULES},
-    {"cite", "doctor", "robot", "orbits", "sweeps", "calibrate", "smoothing"},
-    {"measurement"},
-    {"compare", "vision"},
+    {"cite", "doctor", "robot", "sweeps", "calibrate"},
+    {"vision"},
     {"plots"},
     {"reproduce", "studio"},
     {"cli"},
@@ -41,8 +40,7 @@ PICTURES = {"cli": {"reproduce", "plots", "studio"}, "reproduce": {"plots"}, "st
 
 
 def room_of(parts):
-    name = parts[0] if parts else "__init__"
-    return "simulation" if name in LOOP else name
+    return parts[0] if parts else "__init__"
 
 
 def imports(path):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from helimag.cli import app
-from helimag.compare import compare
 from helimag.errors import InputError
-from helimag.measurement import attack_windows, output, unseen
-from helimag.trajectory import Trajectory
-from helimag.vision.staged import staged
+from helimag.runs.comparison import compare
+from helimag.runs.measurement import attack_windows, output, unseen
+from helimag.runs.trajectory import Trajectory
+from helimag.vision.synthetic.staged import staged
 
 
 def noisy(

@@ -7,8 +7,8 @@ import pytest
 
 import helimag as hm
 import oracles
-from helimag import simulation
-from helimag._integrate import Status
+from helimag.engine import simulation
+from helimag.engine.loop import Status
 
 CONTACT = np.hypot(0.0175, 0.010) + 0.0003603
 NEAR = {"distance": 0.040, "beta": np.radians(5.0)}

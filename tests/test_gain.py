@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from helimag.errors import InputError
-from helimag.gain import End, Heights, Verdict, judge
-from helimag.trajectory import Trajectory
+from helimag.runs.gain import End, Heights, Verdict, judge
+from helimag.runs.trajectory import Trajectory
 
 TIME = np.linspace(0.0, 1800.0, 1801)
 GAP = 0.150

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import oracles
-from helimag import _pack
+from helimag.engine import packing as _pack
 from helimag.physics import evaluate, magnetics
 
 RNG = np.random.default_rng(7)

@@ -5,8 +5,8 @@ import pytest
 import warp as wp
 
 import oracles
-from helimag import _integrate as loop
-from helimag import _pack
+from helimag.engine import loop
+from helimag.engine import packing as _pack
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
 from helimag.physics.kinematics import rpm_pose

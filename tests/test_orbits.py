@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import helimag as hm
+from helimag.engine.simulation import advance
 from helimag.orbits import OrbitStatus, find_orbits, list_orbits, observed_growth
-from helimag.orbits import _chart as chart
-from helimag.orbits._newton import solve
-from helimag.orbits._problem import Problem
-from helimag.orbits._starts import default_box, long_axes, on_grid, strobed, to_lab, to_moving
-from helimag.orbits.growth import leading_direction
-from helimag.orbits.orbit import describe_rates
-from helimag.simulation import advance
+from helimag.orbits.beside_runs.growth import leading_direction
+from helimag.orbits.strobe import chart
+from helimag.orbits.strobe.newton import solve
+from helimag.orbits.strobe.orbit import describe_rates
+from helimag.orbits.strobe.problem import Problem
+from helimag.orbits.strobe.starts import default_box, long_axes, on_grid, strobed, to_lab, to_moving
 
 ONE = np.zeros(1, dtype=np.int64)
 

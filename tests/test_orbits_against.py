@@ -11,14 +11,14 @@ import pytest
 import xarray
 
 import helimag as hm
-from helimag._integrate import Status
 from helimag.cli import main
 from helimag.cli.orbit_against import _inputs
-from helimag.gain import Verdict
+from helimag.engine.loop import Status
 from helimag.orbits import Comparison, Why, compare_with_orbits, comparison_dataset, stable_segments, survey
-from helimag.orbits._starts import open_water
-from helimag.orbits.against import _why, away_from_boundary
-from helimag.orbits.spreading import Spread
+from helimag.orbits.beside_runs.against import _why, away_from_boundary
+from helimag.orbits.curves.spreading import Spread
+from helimag.orbits.strobe.starts import open_water
+from helimag.runs.gain import Verdict
 from helimag.sweeps import Nodes, nodes_of
 
 # as from a shell
@@ -236,7 +236,7 @@ def test_shares_count_what_they_say() -> None:
 
 
 def test_a_run_whose_numbers_break_down_is_named(monkeypatch: pytest.MonkeyPatch, store: Path) -> None:
-    from helimag.orbits import against
+    from helimag.orbits.beside_runs import against
 
     nodes = nodes_of(hm.load_sweep(store))
     advance = against.advance

@@ -9,7 +9,6 @@ import helimag as hm
 from helimag.orbits import (
     BoundaryCurve,
     Change,
-    Input,
     StabilityMap,
     boundary,
     boundary_of,
@@ -17,7 +16,8 @@ from helimag.orbits import (
     stability_map,
     stable_interval,
 )
-from helimag.orbits import _chart as chart
+from helimag.orbits.strobe import chart
+from helimag.scenario import Input
 
 PATHS = "drive.pitch", "drive.frequency"
 PITCHES, FREQUENCIES = np.radians(np.linspace(4.0, 17.0, 6)), np.linspace(2.1, 3.0, 6)

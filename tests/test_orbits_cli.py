@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from helimag.cli import main
-from helimag.orbits import robust_inputs
+from helimag.design import robust_inputs
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
 SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]

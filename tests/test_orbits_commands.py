@@ -30,7 +30,7 @@ from helimag.orbits import (
     slow_flow,
     stability_map,
 )
-from helimag.orbits.averaging import SlowFlow
+from helimag.orbits.slow_flow.averaging import SlowFlow
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
 SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]

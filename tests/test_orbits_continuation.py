@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import helimag as hm
-from helimag.orbits import Change, Input, find_orbits, follow, stability_map, stable_interval
+from helimag.orbits import Change, find_orbits, follow, stability_map, stable_interval
+from helimag.scenario import Input
 
 
 @pytest.fixture(scope="module")

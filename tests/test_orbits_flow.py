@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import helimag as hm
-from helimag._integrate import Status
-from helimag.gain import Verdict
+from helimag.engine.loop import Status
 from helimag.orbits import (
     attraction,
     averaged_rates,
@@ -19,9 +18,10 @@ from helimag.orbits import (
     robust_inputs,
     slow_flow,
 )
-from helimag.orbits.attraction import comes_to
-from helimag.orbits.averaging import SlowFlow
 from helimag.orbits.datasets import ENDS
+from helimag.orbits.slow_flow.attraction import comes_to
+from helimag.orbits.slow_flow.averaging import SlowFlow
+from helimag.runs.gain import Verdict
 
 
 @pytest.fixture(scope="module")

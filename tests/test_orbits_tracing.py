@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from helimag.orbits import Change
-from helimag.orbits import _tracing as tracing
-from helimag.orbits._crossings import Crossing, OneReal, Pair
-from helimag.orbits._tracing import CLOSED, EDGE, Place, Trace, advanced, on_curve, trace
-from helimag.orbits.boundary import others_from
+from helimag.orbits.curves import tracing
+from helimag.orbits.curves.boundary import others_from
+from helimag.orbits.curves.crossings import Crossing, OneReal, Pair
+from helimag.orbits.curves.tracing import CLOSED, EDGE, Place, Trace, advanced, on_curve, trace
 
 EPSILON = 0.3
 LIMIT = 1e-6  # differences over 2e-4 leave some 1e-8, magnified by how slowly the test function changes

@@ -13,7 +13,7 @@ import helimag as hm
 from helimag import plots
 from helimag.errors import FileError, InputError
 from helimag.plots import _film, _quantities, _shapes
-from helimag.trajectory import Trajectory
+from helimag.runs.trajectory import Trajectory
 
 MAGIC = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from helimag.errors import FileError, InputError
-from helimag.gain import End, Heights, gain_until
 from helimag.reproduce import _ensemble, fig3
+from helimag.runs.gain import End, Heights, gain_until
+from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
-from helimag.trajectory import Trajectory
 
 TWINS = 10  # enough for a majority; the command runs 32
 

@@ -7,8 +7,8 @@ import pytest
 
 from helimag.errors import FileError, InputError
 from helimag.robot import forward, inverse_kinematics, load_arm, load_cell, within_limits
-from helimag.robot.arm import BRANCHES, TURN
-from helimag.robot.frames import angles, frame, inverse, rotation, rotation_angle, turn_vector, vector_turn
+from helimag.robot.arm.frames import angles, frame, inverse, rotation, rotation_angle, turn_vector, vector_turn
+from helimag.robot.arm.kinematics import BRANCHES, TURN
 
 pin = pytest.importorskip("pinocchio")
 

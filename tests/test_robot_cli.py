@@ -9,7 +9,7 @@ import pytest
 
 from helimag.cli import main
 from helimag.robot import load_cell, plan
-from helimag.robot.frames import rotation
+from helimag.robot.arm.frames import rotation
 from helimag.robot.robodk import write_robodk
 from helimag.scenario import load
 

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from helimag.errors import InputError
 from helimag.robot import deviation, load_cell, plan, play, write_krl, write_programme
-from helimag.robot.frames import rotation_angle, turn
-from helimag.robot.instructions import arc_angle, arc_centre
-from helimag.robot.krl import checked_name, comment, name_for, number
-from helimag.robot.krl_reader import Assign, Move, Wait, read_krl
+from helimag.robot.arm.frames import rotation_angle, turn
+from helimag.robot.krl.instructions import arc_angle, arc_centre
+from helimag.robot.krl.reader import Assign, Move, Wait, read_krl
+from helimag.robot.krl.writer import checked_name, comment, name_for, number
 from helimag.robot.programme import programme_texts
 from helimag.scenario import load
 

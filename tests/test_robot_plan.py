@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from helimag.engine.simulation import simulate
 from helimag.errors import InputError
 from helimag.robot import forward, load_cell, magnet_path, plan, report
-from helimag.robot.collision import capsules, clearances, segment_box_distance, tool_frames_in_base
-from helimag.robot.path import Kind
+from helimag.robot.arm.collision import capsules, clearances, segment_box_distance, tool_frames_in_base
+from helimag.robot.arm.path import Kind
 from helimag.robot.timed import timed_table
 from helimag.scenario import load
-from helimag.simulation import simulate
 
 CELL = load_cell()
 CIRCLES = [f"paper/fig3{letter}" for letter in "abc"]

@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
+from helimag.engine.simulation import simulate, simulate_many
 from helimag.errors import FileError, InputError
 from helimag.robot import load_cell, plan, play, write_krl
+from helimag.robot.arm.path import drive_poses
 from helimag.robot.jitter import Jitter, Shake, SpeedRipple, jittered, load_jitter, measured_jitter, study
 from helimag.robot.logs import Log, log_of, log_of_playback, read_log, replayed
-from helimag.robot.path import drive_poses
 from helimag.robot.programme import programme_texts
 from helimag.robot.timed import timed_table
 from helimag.scenario import load, parse
-from helimag.simulation import simulate, simulate_many
 
 CELL = load_cell()
 CIRCLE = load("paper/fig3c").replaced({"run.duration": "30 s", "run.interval": "0.5 s"})
@@ -121,7 +121,7 @@ def test_log_in_the_base_frame_at_the_flange(tmp_path):
     path = written_path(CIRCLE, tmp_path)
     tool = read_log(path, CELL)
     flange = CELL.lab_in_base @ tool.tool @ np.linalg.inv(CELL.tool_in_flange)
-    from helimag.robot.frames import angles
+    from helimag.robot.arm.frames import angles
 
     lines = [
         "# frame: base",
@@ -175,7 +175,7 @@ def test_bad_logs_are_refused(tmp_path, old, new, words):
 
 def test_a_tool_that_rolls_takes_the_magnet_with_it():
     """Without a recorded motor angle, a tool that turns about the motor's axis adds that turn to the spin."""
-    from helimag.robot.frames import frames, turn
+    from helimag.robot.arm.frames import frames, turn
 
     time = np.linspace(0.0, 30.0, 61)
     poses = drive_poses(CIRCLE.drive, time)
@@ -188,8 +188,8 @@ def test_a_tool_that_rolls_takes_the_magnet_with_it():
 @pytest.mark.parametrize("reversed_axis", [False, True])
 def test_recorded_motor_angles_give_the_moment_in_the_lab(reversed_axis):
     """The moment is the tool's (0, cos, sin) of the motor's angle, however the tool is held and turned."""
-    from helimag.robot.frames import frames, turn
-    from helimag.robot.path import magnet_path
+    from helimag.robot.arm.frames import frames, turn
+    from helimag.robot.arm.path import magnet_path
 
     time = np.linspace(0.0, 30.0, 301)
     poses = drive_poses(CIRCLE.drive, time)
@@ -227,7 +227,7 @@ def test_spectrum_of_a_log_is_found_again():
     scenario = load("paper/table1-row1").replaced({"run.duration": "40 s"})
     time = np.linspace(0.0, 40.0, 4001)
     poses = drive_poses(scenario.drive, time)
-    from helimag.robot.frames import frames
+    from helimag.robot.arm.frames import frames
 
     position = poses.position + np.array([1e-4, -2e-4, 0.0])
     position[:, 2] += 5e-5 * np.sin(2.0 * math.pi * 7.0 * time)

@@ -12,20 +12,20 @@ pytest.importorskip("av")
 
 from helimag.cli import app
 from helimag.errors import FileError, InputError
-from helimag.measurement import output
-from helimag.smoothing import smooth
-from helimag.trajectory import Trajectory
-from helimag.vision.calibration import Calibration, calibrate
+from helimag.runs.imported import import_track
+from helimag.runs.measurement import output
+from helimag.runs.smoothing import smooth
+from helimag.runs.trajectory import Trajectory
+from helimag.vision.calibration.fit import Calibration, calibrate
+from helimag.vision.calibration.session import Session, render_session
 from helimag.vision.cameras import Rig
 from helimag.vision.films import Film, FilmWriter
-from helimag.vision.rendering import render_run
-from helimag.vision.review import review
-from helimag.vision.scoring import score
-from helimag.vision.session import Session, render_session
-from helimag.vision.staged import Kind, staged
-from helimag.vision.synthetic import Effects, paper_rig
-from helimag.vision.tracking import track
-from helimag.vision.tracks import import_track
+from helimag.vision.synthetic.rendering import render_run
+from helimag.vision.synthetic.rig import Effects, paper_rig
+from helimag.vision.synthetic.scoring import score
+from helimag.vision.synthetic.staged import Kind, staged
+from helimag.vision.tracking.review import review
+from helimag.vision.tracking.track import track
 
 GAP = 0.102
 SEED = 5

@@ -19,7 +19,7 @@ from helimag.scenario import Scenario, preset_names
 from helimag.scenario._device import Part
 from helimag.scenario._fields import Quantity
 
-ROOMS_OF_FORMULAS = ("physics", "hydrodynamics", "gain", "quantities")
+ROOMS_OF_FORMULAS = ("physics", "hydrodynamics", "runs.gain", "quantities")
 
 
 def release() -> str:
@@ -212,7 +212,7 @@ def scenario_keys(model: type[Part] = Scenario, path: str = "") -> str:
 
 def trajectory_variables() -> str:
     """The variables of a trajectory file."""
-    from helimag.trajectory import VARIABLES
+    from helimag.runs.trajectory import VARIABLES
 
     rows = (
         (f"`{name}`", ", ".join(dimensions), f"`{unit}`", meaning)

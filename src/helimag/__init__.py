@@ -3,14 +3,14 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from helimag.engine.simulation import simulate, simulate_many
     from helimag.errors import FileError, HelimagError, InputError, MissingExtra, RunError
-    from helimag.gain import Verdict
     from helimag.hydrodynamics import resistance
     from helimag.orbits import Orbit, find_orbit
+    from helimag.runs.gain import Verdict
+    from helimag.runs.trajectory import Trajectory
     from helimag.scenario import Scenario, load, preset_names
-    from helimag.simulation import simulate, simulate_many
     from helimag.sweeps import Plan, load_sweep, sweep
-    from helimag.trajectory import Trajectory
 
 # public name -> module; imported on first use, so that "helimag --help" and "import helimag" stay instant
 _HOMES = {
@@ -22,15 +22,15 @@ _HOMES = {
     "Plan": "sweeps",
     "RunError": "errors",
     "Scenario": "scenario",
-    "Trajectory": "trajectory",
-    "Verdict": "gain",
+    "Trajectory": "runs.trajectory",
+    "Verdict": "runs.gain",
     "find_orbit": "orbits",
     "load": "scenario",
     "load_sweep": "sweeps",
     "preset_names": "scenario",
     "resistance": "hydrodynamics",
-    "simulate": "simulation",
-    "simulate_many": "simulation",
+    "simulate": "engine.simulation",
+    "simulate_many": "engine.simulation",
     "sweep": "sweeps",
 }
 

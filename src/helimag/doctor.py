@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from helimag.engine.simulation import simulate
+from helimag.runs.trajectory import versions
 from helimag.scenario import load
-from helimag.simulation import simulate
-from helimag.trajectory import versions
 
 TOLERANCE = 1e-8  # m, after 10 s
 EXTRAS = {

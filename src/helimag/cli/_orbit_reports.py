@@ -20,7 +20,7 @@ if TYPE_CHECKING:
         SlowFlow,
         StabilityMap,
     )
-    from helimag.orbits.averaging import AveragingError
+    from helimag.orbits.slow_flow.averaging import AveragingError
 
     Floats = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def print_map(result: "StabilityMap", boundary: "list[BoundaryCurve]", output: l
     """Counts, the steadiest node and the boundary."""
     import numpy as np
 
-    from helimag.orbits import Input
+    from helimag.scenario import Input
 
     total, found, stable = result.found.size, int(result.found.sum()), int(result.stable.sum())
     best = None

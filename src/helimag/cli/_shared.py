@@ -109,7 +109,7 @@ def write_outputs(
 
 def input_range(option: str, scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
     """An input and its range (SI) from text such as ``drive.pitch=5 deg..15 deg``; ``option`` names it in messages."""
-    from helimag.orbits import Input
+    from helimag.scenario import Input
 
     path, equals, span = text.partition("=")
     low, dots, high = span.strip().strip("\"'").partition("..")

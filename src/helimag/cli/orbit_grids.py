@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from helimag.orbits import Orbit, SlowFlow
-    from helimag.orbits.averaging import AveragingError
+    from helimag.orbits.slow_flow.averaging import AveragingError
     from helimag.scenario import Scenario
 
     Floats = NDArray[np.float64]
@@ -230,7 +230,7 @@ def _part(progress: "Report", begin: float, end: float) -> "Report":
 
 def _span(scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
     """One --vary as path and range, both ends of which the scenario can have."""
-    from helimag.orbits import Input
+    from helimag.scenario import Input
 
     path, (low, high) = input_range("--vary", scenario, text)
     if not low < high:

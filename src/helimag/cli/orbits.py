@@ -150,13 +150,15 @@ def design(
     """
     if output is not None:
         check_target(output)
-    from helimag import orbits, quantities
+    from helimag import quantities
+    from helimag.design import design as find_inputs
     from helimag.files import replacing
+    from helimag.scenario import Input
 
     chosen = scenario_from(scenario, changes)
     limits = dict(input_range("--limit", chosen, text) for text in limit) if limit else None
     with progress_bar(f"designing {chosen.name}") as progress:
-        result = orbits.design(
+        result = find_inputs(
             chosen,
             speed=None if speed is None else quantity("--speed", speed, quantities.VELOCITY),
             radius=None if radius is None else quantity("--radius", radius, quantities.LENGTH),
@@ -174,7 +176,7 @@ def design(
         return
     inputs = {
         path: {
-            "value": orbits.Input(path).value(result.scenario),
+            "value": Input(path).value(result.scenario),
             "tolerance": half,
             "stable_low": result.intervals[path].low,
             "stable_high": result.intervals[path].high,

@@ -35,7 +35,7 @@ def plot(
         if path is not None:
             check_target(path)
     from helimag import plots
-    from helimag.trajectory import Trajectory
+    from helimag.runs.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)
     if animate is not None:

@@ -11,8 +11,8 @@ from helimag.errors import FileError, InputError
 
 if TYPE_CHECKING:
     from helimag.robot import Plan
+    from helimag.runs.trajectory import Trajectory
     from helimag.scenario import Scenario
-    from helimag.trajectory import Trajectory
 
 app = App(name="robot", help="From a scenario to a programme that an arm can run, and back from what an arm did.")
 
@@ -85,7 +85,7 @@ def program(
         Write SLIN and SCIRC instead of LIN and CIRC.
     """
     from helimag import robot
-    from helimag.robot.krl import checked_name
+    from helimag.robot.krl.writer import checked_name
 
     if name is not None:
         checked_name(name)
@@ -259,7 +259,7 @@ def _as_programmed(plan: "Plan") -> "Scenario":
 
 
 def _simulated(scenario: "Scenario") -> "Trajectory":
-    from helimag.simulation import simulate
+    from helimag.engine.simulation import simulate
 
     with progress_bar(f"simulating {scenario.name}") as progress:
         return simulate(scenario, progress=progress)

@@ -19,8 +19,8 @@ from helimag.errors import InputError
 
 if TYPE_CHECKING:
     from helimag.orbits import Outlook
+    from helimag.runs.trajectory import Trajectory
     from helimag.scenario import Scenario
-    from helimag.trajectory import Trajectory
 
 
 def presets(name: str | None = None, *, schema: Annotated[bool, Parameter(negative="")] = False) -> None:
@@ -76,7 +76,7 @@ def simulate(
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
     """
-    from helimag.simulation import simulate as run
+    from helimag.engine.simulation import simulate as run
 
     if output is not None:
         check_target(output)

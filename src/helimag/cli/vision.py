@@ -9,7 +9,7 @@ from helimag.cli._shared import Json, print_json, progress_bar
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.trajectory import Trajectory
+    from helimag.runs.trajectory import Trajectory
 
 app = App(name="vision", help="Two cameras: render synthetic films, calibrate, track, import tracks.")
 Folder = Annotated[Path, Parameter(name=["--output", "-o"])]
@@ -56,10 +56,10 @@ def render(
         Of the rig and of all that is random.
     """
     from helimag import quantities as q
-    from helimag.trajectory import Trajectory
-    from helimag.vision.rendering import render_run
-    from helimag.vision.session import render_session
-    from helimag.vision.synthetic import Effects, paper_rig
+    from helimag.runs.trajectory import Trajectory
+    from helimag.vision.calibration.session import render_session
+    from helimag.vision.synthetic.rendering import render_run
+    from helimag.vision.synthetic.rig import Effects, paper_rig
 
     if not 0.0 <= dropped < 0.9:
         raise InputError(f"--dropped must be a share from 0 to 0.9; got {dropped}")
@@ -111,8 +111,8 @@ def calibrate(
     """
     import sys
 
-    from helimag.vision.calibration import calibrate as fit
-    from helimag.vision.session import Session
+    from helimag.vision.calibration.fit import calibrate as fit
+    from helimag.vision.calibration.session import Session
 
     with progress_bar("calibrating") as progress:
         result = fit(Session.load(session), refraction=not ignore_refraction, progress=progress)
@@ -177,9 +177,9 @@ def track(
     """
     from helimag import quantities as q
     from helimag.vision.cameras import Rig
-    from helimag.vision.review import review as draw_clip
     from helimag.vision.shape import Shape
-    from helimag.vision.tracking import track as follow
+    from helimag.vision.tracking.review import review as draw_clip
+    from helimag.vision.tracking.track import track as follow
 
     gap_length, shape, toml = _known(gap, scenario)
     calibrated = Rig.load(rig)
@@ -218,7 +218,7 @@ def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), json
         Trajectory file to write.
     """
     from helimag import quantities as q
-    from helimag.vision.tracks import import_track
+    from helimag.runs.imported import import_track
 
     run = import_track(track, initial_gap=q.parse(gap, q.LENGTH))
     run.save(output)
@@ -233,7 +233,7 @@ def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | Non
         if gap is None:
             raise InputError("--gap or --scenario must be given: the gain needs the height of the magnet at the start")
         return q.parse(gap, q.LENGTH), None, None
-    from helimag._pack import initial_gap
+    from helimag.engine.packing import initial_gap
     from helimag.scenario import load
     from helimag.vision.shape import Shape
 
@@ -245,7 +245,7 @@ def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | Non
 def _tell(run: "Trajectory", output: Path, json: bool) -> None:
     import sys
 
-    from helimag.measurement import report
+    from helimag.runs.measurement import report
 
     numbers = report(run)
     if json:

@@ -1,13 +1,15 @@
 """Orbits: what a run repeats turn by turn in the frame of the drive, whether it attracts, and where that ends."""
 
-from helimag.orbits._crossings import CODIMENSION_TWO
-from helimag.orbits._inputs import Input
-from helimag.orbits.against import Case, Comparison, Why, compare_with_orbits
-from helimag.orbits.attraction import Agreement, Basin, agreement, basin
-from helimag.orbits.averaging import SlowFlow, averaged_paths, averaged_rates, averaging_error, slow_flow
-from helimag.orbits.boundary import BoundaryCurve, boundary_of
-from helimag.orbits.branch import Branch, Change, Event, Point
-from helimag.orbits.continuation import follow
+from helimag.orbits.beside_runs.against import Case, Comparison, Why, compare_with_orbits
+from helimag.orbits.beside_runs.growth import ObservedGrowth, observed_growth
+from helimag.orbits.beside_runs.outlook import Future, Outlook, explain
+from helimag.orbits.curves.boundary import BoundaryCurve, boundary_of
+from helimag.orbits.curves.branch import Branch, Change, Event, Point
+from helimag.orbits.curves.continuation import follow
+from helimag.orbits.curves.crossings import CODIMENSION_TWO
+from helimag.orbits.curves.intervals import Interval, stable_interval, stable_segments
+from helimag.orbits.curves.mapping import StabilityMap, stability_map
+from helimag.orbits.curves.survey import survey
 from helimag.orbits.datasets import (
     Along,
     basin_dataset,
@@ -17,15 +19,11 @@ from helimag.orbits.datasets import (
     map_dataset,
     save_dataset,
 )
-from helimag.orbits.find import find_orbit, find_orbits, list_orbits
-from helimag.orbits.fixed_points import Counterpart, FixedPoint, counterparts, fixed_points
-from helimag.orbits.growth import ObservedGrowth, observed_growth
-from helimag.orbits.intervals import Interval, stable_interval, stable_segments
-from helimag.orbits.mapping import StabilityMap, stability_map
-from helimag.orbits.orbit import Orbit, OrbitStatus
-from helimag.orbits.outlook import Future, Outlook, explain
-from helimag.orbits.robust_inputs import Design, design
-from helimag.orbits.survey import survey
+from helimag.orbits.slow_flow.attraction import Agreement, Basin, agreement, basin
+from helimag.orbits.slow_flow.averaging import SlowFlow, averaged_paths, averaged_rates, averaging_error, slow_flow
+from helimag.orbits.slow_flow.fixed_points import Counterpart, FixedPoint, counterparts, fixed_points
+from helimag.orbits.strobe.find import find_orbit, find_orbits, list_orbits
+from helimag.orbits.strobe.orbit import Orbit, OrbitStatus
 
 __all__ = [
     "CODIMENSION_TWO",
@@ -38,11 +36,9 @@ __all__ = [
     "Change",
     "Comparison",
     "Counterpart",
-    "Design",
     "Event",
     "FixedPoint",
     "Future",
-    "Input",
     "Interval",
     "ObservedGrowth",
     "Orbit",
@@ -63,7 +59,6 @@ __all__ = [
     "compare_with_orbits",
     "comparison_dataset",
     "counterparts",
-    "design",
     "explain",
     "find_orbit",
     "find_orbits",

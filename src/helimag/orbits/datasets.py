@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.files import replacing
-from helimag.gain import Verdict
-from helimag.orbits._inputs import Input
+from helimag.runs.gain import Verdict
+from helimag.runs.trajectory import versions
 from helimag.scenario import Scenario
-from helimag.trajectory import versions
+from helimag.scenario.inputs import Input
 
 if TYPE_CHECKING:
     import xarray
@@ -153,7 +153,7 @@ def comparison_dataset(
     dimensions
         Of the grid, in order. One that a single input runs along gets that input's name.
     """
-    from helimag.orbits.against import Why
+    from helimag.orbits.beside_runs.against import Why
 
     paths = {dim: [path for path, given in inputs.items() if given.dimension == dim] for dim in dimensions}
     names = {dim: on[0].replace(".", "_") if len(on) == 1 else dim for dim, on in paths.items()}

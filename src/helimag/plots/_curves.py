@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import Normal, Stroke
 
-from helimag.orbits import CODIMENSION_TWO, BoundaryCurve, Change, Input
-from helimag.scenario import Scenario, parse
+from helimag.orbits import CODIMENSION_TWO, BoundaryCurve, Change
+from helimag.scenario import Input, Scenario, parse
 from helimag.sweeps import axis_names, parse_plan
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from helimag.files import replacing
 from helimag.plots._quantities import Shown, shown
 from helimag.plots._scene import FILM, HEIGHT, WIDTH, Scene, enlargement
 from helimag.plots._style import styled
-from helimag.trajectory import Trajectory
+from helimag.runs.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 

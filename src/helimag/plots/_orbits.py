@@ -10,9 +10,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.orbits import BoundaryCurve, Branch, Input, Orbit, StabilityMap
+from helimag.orbits import BoundaryCurve, Branch, Orbit, StabilityMap
 from helimag.plots._curves import draw_curves
 from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, VERMILLION, styled
+from helimag.scenario import Input
 
 Floats = NDArray[np.float64]
 

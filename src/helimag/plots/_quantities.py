@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.gain import Judgement
+from helimag.runs.gain import Judgement
+from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario, parse
-from helimag.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 

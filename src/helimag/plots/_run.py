@@ -10,7 +10,7 @@ from helimag.plots import _series as series
 from helimag.plots._path import draw_path
 from helimag.plots._quantities import Shown, shown, slipping_spans
 from helimag.plots._style import FULL_WIDTH, MM, styled
-from helimag.trajectory import Trajectory
+from helimag.runs.trajectory import Trajectory
 
 HEAD_HEIGHT = 14.0 * MM
 PANEL_HEIGHT = 26.0 * MM

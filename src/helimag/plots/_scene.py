@@ -16,8 +16,8 @@ from helimag.plots._quantities import Shown, shown
 from helimag.plots._series import draw_height
 from helimag.plots._shapes import arrow_line, axis_rotation, body_rotation, cylinder_faces, head_faces, helix_line
 from helimag.plots._style import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, SKY, VERMILLION
+from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Device, Magnet
-from helimag.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from helimag.plots import _series as series
 from helimag.plots._path import draw_path
 from helimag.plots._quantities import Shown, shown
 from helimag.plots._style import FULL_WIDTH, GREY, MM, SKY, styled
-from helimag.trajectory import Trajectory
+from helimag.runs.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 

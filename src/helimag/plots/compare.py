@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from helimag.compare import Comparison
-from helimag.measurement import NORMAL_95
+from helimag.runs.comparison import Comparison
+from helimag.runs.measurement import NORMAL_95
 
 Floats = NDArray[np.float64]
 

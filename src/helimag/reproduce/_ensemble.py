@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.gain import Judgement
+from helimag.engine.simulation import History, advance, trajectory_of
+from helimag.runs.gain import Judgement
+from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario
-from helimag.simulation import History, advance, trajectory_of
-from helimag.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 

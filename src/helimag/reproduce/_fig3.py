@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from helimag.errors import FileError
 from helimag.reproduce._ensemble import Ensemble, run_ensembles
 from helimag.reproduce._table import as_text, fig3_rows, write_csv, write_json
+from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
-from helimag.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 

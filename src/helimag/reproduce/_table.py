@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from helimag.engine.simulation import History
 from helimag.files import replacing
-from helimag.gain import Verdict, gain_until
 from helimag.reproduce._ensemble import DISPLACEMENT, Ensemble
-from helimag.simulation import History
+from helimag.runs.gain import Verdict, gain_until
 
 Row = dict[str, Any]
 

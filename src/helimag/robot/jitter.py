@@ -11,8 +11,8 @@ from pydantic import ValidationError
 
 from helimag.errors import FileError, InputError
 from helimag.files import toml_tables
+from helimag.robot.arm.path import magnet_path
 from helimag.robot.logs import Log
-from helimag.robot.path import magnet_path
 from helimag.scenario import Scenario
 from helimag.scenario._device import Part
 from helimag.scenario._fields import Frequency, Length
@@ -164,7 +164,7 @@ def study(
     InputError
         Where the jitter does not fit the run.
     """
-    from helimag.simulation import advance
+    from helimag.engine.simulation import advance
 
     kinds = jitter.parts
     runs = [jittered(scenario, Jitter(), np.random.default_rng(seed))]

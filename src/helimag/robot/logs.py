@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from helimag import quantities as q
 from helimag.errors import FileError, InputError
-from helimag.robot.cell import Cell
-from helimag.robot.frames import frames, inverse, rotation, turn
-from helimag.robot.interpreter import Playback
-from helimag.robot.path import magnet_path, motor_angle
+from helimag.robot.arm.cell import Cell
+from helimag.robot.arm.frames import frames, inverse, rotation, turn
+from helimag.robot.arm.path import magnet_path, motor_angle
+from helimag.robot.krl.interpreter import Playback
 from helimag.robot.timed import Table
 from helimag.scenario import Scenario
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from helimag.errors import FileError, InputError
 from helimag.files import replacing
-from helimag.robot.cell import Cell
-from helimag.robot.comparison import Deviation, deviation
-from helimag.robot.interpreter import play
-from helimag.robot.krl import checked_name, name_for, write_krl
-from helimag.robot.planning import Plan
+from helimag.robot.arm.cell import Cell
+from helimag.robot.arm.planning import Plan
+from helimag.robot.krl.comparison import Deviation, deviation
+from helimag.robot.krl.interpreter import play
+from helimag.robot.krl.writer import checked_name, name_for, write_krl
 from helimag.robot.report import remedies, report
 from helimag.robot.robodk import write_robodk
 from helimag.robot.timed import motor_rows, timed_table

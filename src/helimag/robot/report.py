@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from helimag.robot.checks import Offence
-from helimag.robot.collision import capsules, clearances
-from helimag.robot.planning import Plan
+from helimag.robot.arm.checks import Offence
+from helimag.robot.arm.collision import capsules, clearances
+from helimag.robot.arm.planning import Plan
 
 
 def margins(plan: Plan) -> dict[str, Any]:

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from helimag.robot.instructions import Instruction, Order, instructions
-from helimag.robot.krl import checked_name, comment, frame_pose, number
-from helimag.robot.planning import Plan
+from helimag.robot.arm.planning import Plan
+from helimag.robot.krl.instructions import Instruction, Order, instructions
+from helimag.robot.krl.writer import checked_name, comment, frame_pose, number
 
 _SCRIPT = '''\
 {comments}

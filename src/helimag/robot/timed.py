@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.robot.arm import inverse_kinematics, principal
-from helimag.robot.collision import tool_frames_in_base
-from helimag.robot.frames import angles, inverse
-from helimag.robot.path import motor_angle, tool_frames
-from helimag.robot.planning import Plan, Unwinding
+from helimag.robot.arm.collision import tool_frames_in_base
+from helimag.robot.arm.frames import angles, inverse
+from helimag.robot.arm.kinematics import inverse_kinematics, principal
+from helimag.robot.arm.path import motor_angle, tool_frames
+from helimag.robot.arm.planning import Plan, Unwinding
 
 Floats = NDArray[np.float64]
 

@@ -17,6 +17,7 @@ from helimag.scenario._files import load, parse, preset_names
 from helimag.scenario._path import Path
 from helimag.scenario._scenario import MARKS, Scenario
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Walls, Workspace
+from helimag.scenario.inputs import Input
 
 __all__ = [
     "MARKS",
@@ -26,6 +27,7 @@ __all__ = [
     "Fluid",
     "Helix",
     "Hydrodynamics",
+    "Input",
     "Magnet",
     "Path",
     "Run",

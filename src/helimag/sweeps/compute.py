@@ -6,10 +6,10 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.engine.simulation import History, advance
 from helimag.errors import InputError
-from helimag.gain import End, Judgement, Verdict
+from helimag.runs.gain import End, Judgement, Verdict
 from helimag.scenario import Scenario
-from helimag.simulation import History, advance
 
 Rows = dict[str, NDArray[np.generic]]
 
@@ -98,7 +98,7 @@ def compute(
     sample_times
         (times,): when to keep the state (s), where trajectories are kept.
     threads, progress
-        As for :func:`helimag.simulation.advance`.
+        As for :func:`helimag.engine.simulation.advance`.
     """
     rows = empty_rows(len(scenarios), sample_times)
     rows["verdict"][:] = Outcome.FAILED

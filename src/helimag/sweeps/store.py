@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import FileError, InputError, MissingExtra
+from helimag.runs.trajectory import versions
 from helimag.sweeps.compute import HASH_BYTES, SCALARS, Outcome, Reason, Rows, label
 from helimag.sweeps.design import Design
-from helimag.trajectory import versions
 
 if TYPE_CHECKING:
     import xarray

@@ -1,0 +1,181 @@
+"""From scenarios to the arrays of structures that the kernels take."""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from helimag.engine import loop
+from helimag.engine.step import Clock
+from helimag.hydrodynamics import mobility, net_weight, resistance
+from helimag.physics import magnetics
+from helimag.physics.balance import Body
+from helimag.physics.kinematics import Drive, Knot, SampledDrive, rpm_pose, sampled_rpm_pose
+from helimag.scenario import Device, Fluid, Path, Scenario
+from helimag.scenario import Magnet as MagnetModel
+
+Floats = NDArray[np.float64]
+
+FALL_LIMIT = 2.0  # of the initial gap: a device this far below its start is not followed further
+
+
+def initial_gap(scenario: Scenario) -> float:
+    """Input u of the gain: height difference of RPM and device at the start (m), eq. (5)."""
+    return abs(float(arm_position(scenario)[2]) - scenario.drive.start[2])
+
+
+def arm_position(scenario: Scenario) -> Floats:
+    """Position of the RPM at t = 0, lab frame (m): the first of its path, or eq. (1) with either reading of pitch."""
+    drive = scenario.drive
+    if drive.path is not None:
+        return np.array(drive.path.position[0])
+    position: Floats = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
+    if drive.pitch_about == "magnet":
+        return position
+    cos, sin = math.cos(drive.pitch), math.sin(drive.pitch)
+    return np.array([cos * position[0] - sin * position[2], position[1], sin * position[0] + cos * position[2]])
+
+
+def structs(kind: type, rows: list[dict[str, object]]) -> NDArray[np.void]:
+    """Pack rows of field values into an array of a Warp structure."""
+    packed: Any = np.zeros(len(rows), dtype=kind.numpy_dtype())  # type: ignore[attr-defined]
+    for i, row in enumerate(rows):
+        for name, value in row.items():
+            packed[name][i] = value
+    return np.asarray(packed)
+
+
+def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
+    """Devices as the kernels take them."""
+    return structs(Body, [_body(scenario.device, scenario.fluid) for scenario in scenarios])
+
+
+@lru_cache(maxsize=64)  # batches that differ in their drives alone are packed again and again
+def _body(device: Device, fluid: Fluid) -> dict[str, object]:
+    force, moment = net_weight(device, fluid)
+    return {
+        "magnetic_moment": device.magnetic_moment,
+        "net_weight": force,
+        "weight_moment": moment,
+        "mobility": mobility(resistance(device, fluid)),
+    }
+
+
+def pose_model(scenario: Scenario) -> wp.Function:
+    """Which formula gives the RPM's pose in this scenario."""
+    return rpm_pose if scenario.drive.path is None else sampled_rpm_pose
+
+
+def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
+    """Drives as the kernels take them, on the device: all in closed form, or all sampled."""
+    paths = [scenario.drive.path for scenario in scenarios]
+    if paths[0] is not None:
+        sampled = [_sampled(s, path, device) for s, path in zip(scenarios, paths, strict=True) if path is not None]
+        drives = wp.array(sampled, dtype=SampledDrive, device=device)
+        drives.samples = sampled  # the array only points to these; they must live as long as it does
+        return drives
+    packed = structs(
+        Drive,
+        [
+            {
+                "arm": arm_position(scenario),
+                "velocity": scenario.drive.velocity,
+                "yaw_rate": scenario.drive.yaw_rate,
+                "spin_rate": 2.0 * math.pi * scenario.drive.frequency,
+                "cos_pitch": math.cos(scenario.drive.pitch),
+                "sin_pitch": math.sin(scenario.drive.pitch),
+            }
+            for scenario in scenarios
+        ],
+    )
+    return wp.array(packed, dtype=Drive, device=device)
+
+
+def _sampled(scenario: Scenario, path: Path, device: str) -> SampledDrive:
+    spline = path.spline(scenario.drive.pitch)
+    sampled = SampledDrive()
+    sampled.times = wp.array(spline.x, dtype=wp.float64, device=device)
+    sampled.pieces = wp.array(np.ascontiguousarray(spline.c.transpose(1, 0, 2)), dtype=Knot, device=device)
+    sampled.spin_rate = 2.0 * math.pi * scenario.drive.frequency
+    return sampled
+
+
+def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
+    """Magnets as the kernels take them: (runs, magnets); null moments fill up scenarios that have fewer."""
+    most = max(len(scenario.magnet) for scenario in scenarios)
+    rows: list[dict[str, object]] = []
+    for scenario in scenarios:
+        for magnet in scenario.magnet:
+            rows.append({"offset": magnet.offset, "moment": magnet.moment, "multipoles": multipoles(magnet)})
+        # where a magnet is already: elsewhere, a device could touch what is not there
+        rows += [{"offset": scenario.magnet[0].offset}] * (most - len(scenario.magnet))
+    return structs(magnetics.Magnet, rows).reshape(len(scenarios), most)
+
+
+@lru_cache(maxsize=64)
+def multipoles(magnet: MagnetModel) -> Floats:
+    """Axial multipole moments of a cylinder magnetised along its axis, by order (A m^(order + 1)).
+
+    Its ends are discs of opposite charge: order n is the moment, over half the height, times the mean of r^n P_n on a
+    disc.
+    """
+    orders = int(magnetics.HIGHEST_ORDER) + 1
+    half = magnet.height / 2.0
+    nodes, weights = np.polynomial.legendre.leggauss(orders)
+    distance = np.hypot(half, magnet.radius * np.sqrt((1.0 + nodes) / 2.0))
+    legendre = np.polynomial.legendre.legvander(half / distance, orders - 1)
+    powers = distance[:, None] ** np.arange(orders)
+    moments = magnet.moment / half * (weights / 2.0) @ (powers * legendre)
+    moments[::2] = 0.0
+    moments.flags.writeable = False
+    return np.asarray(moments)
+
+
+def pack_clocks(scenarios: Sequence[Scenario], tolerance: float) -> NDArray[np.void]:
+    return structs(
+        Clock,
+        [
+            {
+                "interval": scenario.run.sample_interval,
+                "duration": scenario.run.duration,
+                "longest": _longest_step(scenario),
+                "tolerance": tolerance,
+                "length": scenario.device.helix.length,
+            }
+            for scenario in scenarios
+        ],
+    )
+
+
+def _longest_step(scenario: Scenario) -> float:
+    """An eighth of a turn, and no step that leaps over a sample of the path (s)."""
+    path = scenario.drive.path
+    eighth = 1.0 / (8.0 * abs(scenario.drive.frequency))
+    return eighth if path is None else min(eighth, 2.0 * path.duration / (len(path.position) - 1))
+
+
+def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
+    return structs(
+        loop.Bounds,
+        [
+            {
+                "contact": scenario.contact_distance,
+                "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
+                "low": scenario.workspace.box[0],
+                "high": scenario.workspace.box[1],
+                "tail": scenario.device.head.reach + scenario.device.helix.length,
+                "head_radius": scenario.device.head.radius,
+                "tail_radius": scenario.device.helix.outer_diameter / 2.0,
+            }
+            for scenario in scenarios
+        ],
+    )
+
+
+def start_state(scenario: Scenario) -> Floats:
+    """Where every run begins: at ``drive.start``, the long axis along x (7,)."""
+    return np.array([*scenario.drive.start, 1.0, 0.0, 0.0, 0.0])

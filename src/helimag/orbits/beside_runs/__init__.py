@@ -1,0 +1,1 @@
+"""Orbits beside runs: what becomes of a run, and verdicts of sweeps against orbits."""

@@ -1,0 +1,135 @@
+"""What becomes of a run after its horizon: the orbit that its end leads to, or how it ends when it is continued."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from helimag.engine.loop import Status
+from helimag.errors import InputError
+from helimag.orbits.beside_runs.closed_curve import swinging
+from helimag.orbits.slow_flow.attraction import comes_to
+from helimag.orbits.strobe import chart
+from helimag.orbits.strobe.find import find_orbit
+from helimag.orbits.strobe.orbit import Orbit, describe_rates
+from helimag.orbits.strobe.problem import Floats, Problem, require_periodic
+from helimag.orbits.strobe.starts import open_water, strobed, to_moving
+from helimag.runs.gain import Verdict
+from helimag.runs.trajectory import Trajectory
+from helimag.scenario import Scenario, parse
+
+ON_ORBIT = 0.05  # of the distance and radians: a run that is this near the orbit that it comes to is on it
+INSIDE = (Verdict.BOUNDED, Verdict.DRIFTING)
+SHORTEST, LONGEST = 1800.0, 20_000.0  # s, that a run is continued
+SAMPLES = 2000  # at whole turns, of a run continued
+MOST_STEPS = 2e6  # of the integrator, that this may take; a stiff run is continued for less
+
+
+class Future(StrEnum):
+    """What becomes of a run after its horizon."""
+
+    ON_ORBIT = "on a stable orbit"
+    COMING = "coming to a stable orbit"
+    LEAVES = "leaves later"
+    SWINGS = "swings for ever, on a closed curve"
+    STAYS = "stays, on no stable orbit"
+    GONE = "has left"
+    UNKNOWN = "not known"
+
+
+ENDS = {
+    Status.CONTACT: "is pulled into the magnet",
+    Status.FALL: "falls",
+    Status.FLOOR: "meets the floor",
+    Status.SURFACE: "meets the surface",
+    Status.WALL: "meets a wall",
+    Status.NOT_FINITE: "breaks down",
+}
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """What becomes of a run after its horizon, and the orbit (stable or not) that its end leads to, if any."""
+
+    future: Future
+    text: str
+    orbit: Orbit | None = None
+
+
+def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None = None) -> Outlook:
+    """Say what becomes of a simulated run after its horizon.
+
+    It is continued for a decay time of the stable orbit that its end leads to, at least 1800 s, to see whether it comes
+    to it. Without one it goes on until it leaves or has stayed for 20,000 s more: then it may be on a closed curve.
+    Where that would take the integrator very many steps, it is continued for less.
+
+    Parameters
+    ----------
+    trajectory
+        A simulated run; it knows its scenario.
+    progress
+        Called with the fraction done of taking the run on.
+
+    Raises
+    ------
+    InputError
+        Where the trajectory does not hold its scenario: a measured one.
+    """
+    if trajectory.scenario_toml is None:
+        raise InputError("explaining a run by its orbit needs a simulated run, which knows its scenario")
+    scenario = open_water(parse(trajectory.scenario_toml))
+    if trajectory.verdict not in INSIDE:
+        return Outlook(Future.GONE, "the run left; no orbit is sought from its end")
+    try:
+        require_periodic(scenario)
+    except InputError as error:
+        return Outlook(Future.UNKNOWN, str(error))
+    time = float(trajectory.dataset["time"].values[-1])
+    state = _at_whole_turn(scenario, time, trajectory.final_state)
+    orbit = find_orbit(scenario, near=state)
+    begin = f"inside for {time:.0f} s" if time >= 1.0 else f"inside for {time:.2g} s"
+    needed = float(trajectory.dataset.attrs["steps"]) - trajectory.dataset.sizes["time"]  # less those cut by samples
+    longest = min(LONGEST, MOST_STEPS * time / max(1.0, needed))
+    longer = min(longest, max(SHORTEST, -1.0 / orbit.growth)) if orbit.stable else longest
+    (later,) = strobed(scenario, longer, samples=SAMPLES, states=state[None], progress=progress)
+    if later.status is not Status.HORIZON:
+        how = f"continued, it {ENDS[later.status]} after another {later.end:.0f} s"
+        return Outlook(Future.LEAVES, f"{begin}, but {_what_there_is(orbit)}: {how}", orbit)
+    reached = find_orbit(scenario, near=later.states[-1])
+    if reached.stable and comes_to(reached, later.states[:, :3]):
+        if _away(reached, state) < ON_ORBIT:
+            return Outlook(Future.ON_ORBIT, f"{begin}, on a stable orbit: {describe_rates(reached.rates)}", reached)
+        text = f"{begin}, coming to the stable orbit at {_place(reached)}: {describe_rates(reached.rates)}"
+        return Outlook(Future.COMING, text, reached)
+    motion = swinging(later.times, later.states[:, 2])
+    text = f"{begin} and for another {later.end:.0f} s, {motion.text}, though {_what_there_is(reached)}"
+    return Outlook(Future.SWINGS if motion.closed else Future.STAYS, text, reached)
+
+
+def _at_whole_turn(scenario: Scenario, time: float, state: Floats) -> Floats:
+    """The state (7,) of the lab frame at ``time`` when the magnet next begins a turn, moving frame."""
+    problem, one = Problem([scenario]), np.zeros(1, dtype=np.int64)
+    moving = to_moving(scenario, np.array([time]), state[None])
+    phase = np.array([(time * abs(scenario.drive.frequency)) % 1.0])
+    if 1e-9 < phase[0] < 1.0 - 1e-9:
+        moving, _ = problem.advance(one, moving, problem.steps(one, moving), phase, np.ones(1))
+    return np.asarray(moving[0])
+
+
+def _away(orbit: Orbit, state: Floats) -> float:
+    length = np.array([orbit.scenario.drive.distance])
+    return float(np.linalg.norm(chart.coordinates(state[None], orbit.state[None], length)))
+
+
+def _what_there_is(orbit: Orbit) -> str:
+    if orbit.stable:
+        return f"not within reach of the stable orbit at {_place(orbit)}"
+    if orbit.found:
+        return f"the orbit found from its end is unstable ({describe_rates(orbit.rates, 1)})"
+    return "no orbit was found from its end"
+
+
+def _place(orbit: Orbit) -> str:
+    x, y, z = 1e3 * orbit.position
+    return f"({x:.1f}, {y:.1f}, {z:.1f}) mm in the moving frame"

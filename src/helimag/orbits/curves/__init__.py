@@ -1,0 +1,1 @@
+"""Orbits followed through inputs: branches, stable intervals, maps and boundaries of stability."""

@@ -1,0 +1,1 @@
+"""The slow flow: the motion averaged over a turn, its fixed points, and basins of attraction."""

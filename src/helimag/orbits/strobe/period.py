@@ -1,0 +1,150 @@
+"""Kernel of the stroboscopic map: states through part of one drive period in the frame that moves with the drive.
+
+That frame turns with the yaw rate and moves with the velocity, and is the lab frame at t = 0. In it the arm stands
+still, so the equations of motion depend on time through the magnet's spin alone and repeat after one turn of it.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from helimag.engine.loop import lag_vector
+from helimag.engine.step import Clock, build_load, build_rates, build_trial
+from helimag.physics.balance import Body, balance_rates, moment_of
+from helimag.physics.kinematics import Drive, State, attack_angle, head_position, rpm_pose, turn_z
+from helimag.physics.magnetics import Magnet
+
+ZERO = wp.constant(wp.float64(0.0))
+HALF = wp.constant(wp.float64(0.5))
+ONE = wp.constant(wp.float64(1.0))
+
+# Over the part of the period: mean position in the moving frame (3), lowest and highest head, means of attack angle and
+# of its square, least cosine of the phase lag, displacement (3) of a head that is held.
+Measures = wp.types.vector(length=11, dtype=wp.float64)
+
+
+@wp.struct
+class Passage:
+    """Which part of the period to pass, of which problem of the batch, in how many equal steps."""
+
+    problem: wp.int32
+    steps: wp.int32
+    begin: wp.float64  # s
+    end: wp.float64  # s
+
+
+@wp.func
+def turned(state: State, angle: wp.float64) -> State:
+    """The state seen after rotating position and body about the lab's z axis by ``angle``."""
+    p = turn_z(head_position(state), wp.cos(angle), wp.sin(angle))
+    c = wp.cos(HALF * angle)
+    s = wp.sin(HALF * angle)
+    return State(
+        p[0],
+        p[1],
+        p[2],
+        c * state[3] - s * state[6],
+        c * state[4] - s * state[5],
+        c * state[5] + s * state[4],
+        c * state[6] + s * state[3],
+    )
+
+
+@wp.func
+def shifted(state: State, by: wp.vec3d) -> State:
+    return State(state[0] + by[0], state[1] + by[1], state[2] + by[2], state[3], state[4], state[5], state[6])
+
+
+@wp.func
+def to_lab(drive: Drive, t: wp.float64, state: State) -> State:
+    """From the moving frame to the lab frame at time ``t``."""
+    return shifted(turned(state, t * drive.yaw_rate), t * drive.velocity)
+
+
+@wp.func
+def to_moving(drive: Drive, t: wp.float64, state: State) -> State:
+    """From the lab frame at time ``t`` to the moving frame."""
+    return turned(shifted(state, -t * drive.velocity), -t * drive.yaw_rate)
+
+
+@wp.func
+def with_step(m: Measures, weight: wp.float64, state: State, lag: wp.vec2d, slip: wp.vec3d) -> Measures:
+    """The measures with the end of one more step in them; ``weight`` is the step's share of the passage."""
+    attack = attack_angle(state)
+    cosine = lag[0] / wp.max(wp.length(lag), wp.float64(1e-300))
+    return Measures(
+        m[0] + weight * state[0],
+        m[1] + weight * state[1],
+        m[2] + weight * state[2],
+        wp.min(m[3], state[2]),
+        wp.max(m[4], state[2]),
+        m[5] + weight * attack,
+        m[6] + weight * attack * attack,
+        wp.min(m[7], cosine),
+        m[8] + slip[0],
+        m[9] + slip[1],
+        m[10] + slip[2],
+    )
+
+
+@cache
+def build_pass(magnet_model: Callable[..., Any], held: bool) -> wp.Kernel:
+    """Make the kernel that takes each state of a batch through its passage; with ``held`` the head keeps its place.
+
+    Equal steps and no error control: the result is then a smooth function of the state, so that differences of it are
+    derivatives. A held head is put back after each step, in the moving frame, and how far it would have gone is summed.
+    """
+    load = build_load(magnet_model)
+    trial = build_trial(build_rates(load, rpm_pose))
+    free = wp.constant(not held)
+
+    @wp.kernel(enable_backward=False, module="unique")
+    def pass_period(
+        bodies: wp.array(dtype=Body),
+        drives: wp.array(dtype=Drive),
+        magnets: wp.array2d(dtype=Magnet),
+        passages: wp.array(dtype=Passage),
+        states: wp.array(dtype=State),
+        results: wp.array(dtype=State),
+        measures: wp.array(dtype=Measures),
+    ):
+        i = wp.tid()
+        passage = passages[i]
+        drive = drives[passage.problem]
+        body = bodies[passage.problem]
+        clock = Clock()
+        clock.tolerance = ONE
+        clock.length = ONE
+        start = states[i]
+        dt = (passage.end - passage.begin) / wp.float64(passage.steps)
+        weight = ONE / wp.float64(passage.steps)
+        state = to_lab(drive, passage.begin, start)
+        moving = start
+        m = Measures()
+        m[3] = start[2]
+        m[4] = start[2]
+        m[7] = ONE
+        field, force = load(
+            magnets[passage.problem], rpm_pose(drive, passage.begin), head_position(state), moment_of(body, state)
+        )
+        for k in range(passage.steps):
+            t = passage.begin + wp.float64(k) * dt
+            k0 = balance_rates(body, state, force, field)
+            state, error = trial(body, drive, magnets[passage.problem], clock, t, dt, state, k0)
+            t += dt
+            moving = to_moving(drive, t, state)
+            slip = wp.vec3d()
+            if not free:
+                slip = head_position(moving) - head_position(start)
+                moving = shifted(moving, -slip)
+                state = to_lab(drive, t, moving)
+            field, force = load(
+                magnets[passage.problem], rpm_pose(drive, t), head_position(state), moment_of(body, state)
+            )
+            m = with_step(m, weight, moving, lag_vector(field, state), slip)
+        results[i] = moving
+        measures[i] = m
+
+    return pass_period

@@ -1,0 +1,222 @@
+"""A batch of drives whose one-period map can be evaluated: packed once, launched many times."""
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from helimag.engine.kernels import ready
+from helimag.engine.packing import arm_position, pack_bodies, pack_drives, pack_magnets
+from helimag.engine.simulation import MAGNET_MODELS
+from helimag.errors import InputError
+from helimag.orbits.strobe import chart
+from helimag.orbits.strobe.period import Measures, Passage, build_pass
+from helimag.physics import magnetics
+from helimag.physics.balance import Body
+from helimag.physics.kinematics import State
+from helimag.scenario import Scenario
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+STRIDE = 2e-4  # of the finite differences: radians, and shares of the drive's distance
+STEPS_PER_TURN = 12  # at least
+DECAY_PER_STEP = 2.5  # at most: step times the fastest relaxation of the roll (DOP853 is stable up to about 6)
+MOST_STEPS = 4000
+SHARE = 64  # passages a thread takes at a time
+
+
+def require_periodic(scenario: Scenario) -> None:
+    """Refuse a drive that has no frame in which it repeats every turn of the magnet.
+
+    Raises
+    ------
+    InputError
+        Where the magnet follows a sampled path, or the arm turns and moves sideways at once.
+    """
+    if scenario.drive.path is not None:
+        raise InputError("drive.path must be absent for an orbit: a magnet on a sampled path repeats nothing")
+    across = scenario.drive.velocity[:2]
+    if scenario.drive.yaw_rate != 0.0 and any(across):
+        raise InputError(
+            "drive.yaw_rate and drive.velocity must not both act for an orbit: an arm that turns and moves sideways "
+            f"has no frame in which its drive repeats; got {math.degrees(scenario.drive.yaw_rate):g} deg/s with "
+            f"({1e3 * across[0]:g}, {1e3 * across[1]:g}) mm/s sideways; set one of them to zero"
+        )
+
+
+@cache
+def _threads() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="helimag-orbits")
+
+
+@cache
+def _kernel(magnet_model: Callable[..., Any], held: bool) -> wp.Kernel:
+    kernel = build_pass(magnet_model, held)
+    ready(kernel, "cpu")
+    return kernel
+
+
+class Problem:
+    """One-period maps of a batch of scenarios, in the frame that moves with each drive.
+
+    Parameters
+    ----------
+    scenarios
+        At least one; all with the same magnet field model.
+
+    Raises
+    ------
+    InputError
+        Where the batch is empty, mixes field models, or a drive is not periodic.
+    """
+
+    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+        if not scenarios:
+            raise InputError("scenarios must hold at least one; got none")
+        if len({scenario.magnet[0].field for scenario in scenarios}) > 1:
+            raise InputError("scenarios of one batch must have the same magnet.field")
+        for scenario in scenarios:
+            require_periodic(scenario)
+        self.scenarios = list(scenarios)
+        self.model = MAGNET_MODELS[scenarios[0].magnet[0].field]
+        bodies, self.roll = _packed_bodies(scenarios)
+        self._arrays = [
+            wp.array(bodies, dtype=Body, device="cpu"),
+            pack_drives(scenarios, "cpu"),
+            wp.array(pack_magnets(scenarios), dtype=magnetics.Magnet, device="cpu"),
+        ]
+        self.period = np.array([1.0 / abs(scenario.drive.frequency) for scenario in scenarios])
+        self.length = np.array([scenario.drive.distance for scenario in scenarios])
+        self.arm = np.array([arm_position(scenario) for scenario in scenarios])
+        self.contact = np.array([scenario.contact_distance for scenario in scenarios])
+        self.lowest = self.arm[:, 2] - 3.0 * np.abs(
+            self.arm[:, 2] - np.array([scenario.drive.start[2] for scenario in scenarios])
+        )
+
+    def __len__(self) -> int:
+        return len(self.scenarios)
+
+    def steps(self, which: Ints, states: Floats) -> Ints:
+        """Steps a period that keep the integrator stable and accurate at these states: the roll relaxes fastest."""
+        gap = np.linalg.norm(states[:, :3] - self.arm[which], axis=1)
+        # a magnet at an offset may be nearer than the RPM's centre, never nearer than contact
+        fastest = self.roll[which] / np.maximum(gap, self.contact[which] / 2.0) ** 3
+        needed = np.ceil(self.period[which] * fastest / DECAY_PER_STEP)
+        bounded = np.clip(np.nan_to_num(needed, nan=MOST_STEPS), STEPS_PER_TURN, MOST_STEPS)
+        return np.asarray(bounded.astype(np.int64))
+
+    def advance(
+        self, which: Ints, states: Floats, steps: Ints, begin: Floats, end: Floats, *, held: bool = False
+    ) -> tuple[Floats, Floats]:
+        """Take states (n, 7) of problems ``which`` (n,) from phase ``begin`` to ``end``, as shares of the period.
+
+        Returns
+        -------
+        states, measures
+            (n, 7) and (n, 11), see :data:`helimag.orbits.strobe.period.Measures`.
+        """
+        passages: Any = np.zeros(len(which), dtype=Passage.numpy_dtype())  # type: ignore[attr-defined]
+        passages["problem"], passages["steps"] = which, steps
+        passages["begin"], passages["end"] = begin * self.period[which], end * self.period[which]
+        kernel = _kernel(self.model, held)
+        results, measures = np.empty((len(which), 7)), np.empty((len(which), 11))
+
+        def work(part: slice) -> None:
+            self._launch(kernel, passages[part], states[part], results[part], measures[part])
+
+        parts = [slice(i, i + SHARE) for i in range(0, len(which), SHARE)] if len(which) > 2 * SHARE else _halves(which)
+        if len(parts) == 1:
+            work(parts[0])
+        else:
+            list(_threads().map(work, parts))
+        return results, measures
+
+    def _launch(
+        self, kernel: wp.Kernel, passages: NDArray[np.void], states: Floats, results: Floats, measures: Floats
+    ) -> None:
+        out = wp.zeros(len(passages), dtype=State, device="cpu"), wp.zeros(len(passages), dtype=Measures, device="cpu")
+        given = wp.array(passages, dtype=Passage, device="cpu"), wp.array(states, dtype=State, device="cpu")
+        wp.launch(kernel, dim=len(passages), inputs=[*self._arrays, *given, *out], device="cpu")
+        results[:], measures[:] = out[0].numpy(), out[1].numpy()
+
+    def map(self, which: Ints, states: Floats, *, periods: int = 1, held: bool = False) -> tuple[Floats, Floats]:
+        """States after some whole periods, and the measures of the last one."""
+        measures = np.empty((len(which), 11))
+        for _ in range(periods):
+            zero = np.zeros(len(which))
+            states, measures = self.advance(which, states, self.steps(which, states), zero, zero + 1.0, held=held)
+        return states, measures
+
+    def linearized(
+        self,
+        which: Ints,
+        states: Floats,
+        *,
+        begin: Floats | float = 0.0,
+        end: Floats | float = 1.0,
+        steps: Ints | None = None,
+        columns: Sequence[int] = range(6),
+        held: bool = False,
+    ) -> tuple[Floats, Floats, Floats]:
+        """The map at each state with its Jacobian, in the chart around the state, by central differences.
+
+        Parameters
+        ----------
+        columns
+            Coordinates to differentiate by.
+
+        Returns
+        -------
+        value, jacobian, measures
+            (n, 6), (n, 6, 6), (n, 11). The value is where the state's image lies in the chart around the state. Columns
+            of the Jacobian that were not asked for are zero.
+        """
+        count, many = len(which), 1 + 2 * len(columns)
+        length = self.length[which]
+        along = STRIDE * np.eye(6)[list(columns)]
+        offsets = np.concatenate([np.zeros((1, 6)), along, -along])
+        starts = chart.moved(states[:, None, :], offsets[None], np.broadcast_to(length[:, None], (count, many)))
+        taken = self.steps(which, states) if steps is None else steps
+        begins, ends = (np.repeat(np.broadcast_to(np.asarray(phase, float), (count,)), many) for phase in (begin, end))
+        images, measures = self.advance(
+            np.repeat(which, many), starts.reshape(-1, 7), np.repeat(taken, many), begins, ends, held=held
+        )
+        images = images.reshape(count, many, 7)
+        value = chart.coordinates(images[:, 0], states, length)
+        # differences in the chart around the image itself, where the rotation vectors are small
+        away = chart.coordinates(images[:, 1:], images[:, :1], np.broadcast_to(length[:, None], (count, many - 1)))
+        jacobian = np.zeros((count, 6, 6))
+        half = len(columns)
+        jacobian[:, :, list(columns)] = np.swapaxes(away[:, :half] - away[:, half:], 1, 2) / (2.0 * STRIDE)
+        return value, jacobian, measures.reshape(count, many, 11)[:, 0]
+
+
+def _halves(which: Ints) -> list[slice]:
+    """Parts for the threads of a small batch: handing over costs as much as some thirty passages take."""
+    count = len(which)
+    parts = min(os.cpu_count() or 1, max(1, count // 32))
+    edges = [count * i // parts for i in range(parts + 1)]
+    return [slice(a, b) for a, b in pairwise(edges)]
+
+
+def _packed_bodies(scenarios: Sequence[Scenario]) -> tuple[NDArray[np.void], Floats]:
+    """Devices as the kernels take them, each worked out once; and their rates of roll relaxation times gap^3."""
+    keys = [(scenario.device, scenario.fluid) for scenario in scenarios]
+    seen: dict[Any, int] = {}
+    firsts: list[Scenario] = []
+    for scenario, key in zip(scenarios, keys, strict=True):
+        if key not in seen:
+            seen[key] = len(firsts)
+            firsts.append(scenario)
+    bodies = pack_bodies(firsts)[[seen[key] for key in keys]]
+    moments = np.array([math.fsum(abs(magnet.moment) for magnet in scenario.magnet) for scenario in scenarios])
+    spin = bodies["mobility"].reshape(len(keys), 6, 6)[:, 3, 3]
+    return bodies, 2e-7 * moments * bodies["magnetic_moment"] * spin

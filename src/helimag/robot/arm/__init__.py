@@ -1,0 +1,1 @@
+"""The arm: its kinematics, the cell around it, and a path planned and checked."""

@@ -1,0 +1,1 @@
+"""KUKA Robot Language: programmes written, read back and compared with their plan."""

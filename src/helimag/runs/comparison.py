@@ -1,0 +1,228 @@
+"""A measured run beside a simulated one: brought together in time and place, and judged by the same code."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import InputError
+from helimag.runs.measurement import NORMAL_95, Measured, gain, output
+from helimag.runs.trajectory import Trajectory
+
+Floats = NDArray[np.float64]
+Alignment = Literal["fit", "start", "none"]
+
+LATEST = 5.0  # shift in time that the fit tries (s)
+TRIES = 201
+# share by which a shift in time must lessen the rms difference to be used: along a steady path it is undetermined
+WORTH = 0.02
+BEGINNING = 0.5  # over which the start is averaged (s)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Measured less simulated at the measured samples (SI, rad).
+
+    ``difference`` (n, 3) has the standard deviations ``difference_sd`` (n, 3) of the measurement, zero where unknown;
+    ``simulated_time`` and ``simulated_path`` are the simulated run at its own samples, brought to the measured one.
+    ``attack_difference`` (n,) is None where either run has no attack angle. The simulated run was moved by
+    ``time_shift``, then turned by ``yaw`` about z, then moved by ``translation``. Its gain does not change by that.
+    """
+
+    measured: Trajectory
+    simulated: Trajectory
+    time: Floats
+    measured_position: Floats
+    simulated_position: Floats
+    difference_sd: Floats
+    simulated_time: Floats
+    simulated_path: Floats
+    measured_attack: Floats | None
+    simulated_attack: Floats | None
+    attack_sd: Floats
+    time_shift: float
+    yaw: float
+    translation: Floats
+    measured_output: Measured
+    simulated_output: float
+    measured_gain: Measured
+    simulated_gain: float
+
+    @property
+    def difference(self) -> Floats:
+        """Measured less simulated position (n, 3) in m."""
+        return self.measured_position - self.simulated_position
+
+    @property
+    def attack_difference(self) -> Floats | None:
+        """Measured less simulated attack angle (n,) in rad."""
+        if self.measured_attack is None or self.simulated_attack is None:
+            return None
+        return self.measured_attack - self.simulated_attack
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both have the same verdict and the simulated gain lies in the measured gain's 95 % interval."""
+        same = self.measured.verdict == self.simulated.verdict
+        slack = 1e-9 * self.simulated_gain  # of rounding
+        return bool(same and self.measured_gain.low - slack <= self.simulated_gain <= self.measured_gain.high + slack)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Everything as plain numbers: SI, angles in degrees."""
+        distance = np.linalg.norm(self.difference, axis=1)
+        known = self.difference_sd > 0.0
+        within = np.abs(self.difference) <= NORMAL_95 * self.difference_sd
+        attack = self.attack_difference
+        return {
+            "samples": int(self.time.size),
+            "from_s": float(self.time[0]),
+            "until_s": float(self.time[-1]),
+            "time_shift_s": self.time_shift,
+            "yaw_deg": float(np.degrees(self.yaw)),
+            "translation_m": self.translation.tolist(),
+            "difference_rms_m": float(np.sqrt(np.mean(distance**2))),
+            "difference_worst_m": float(distance.max()),
+            "difference_mean_m": self.difference.mean(axis=0).tolist(),
+            "difference_sd_m": self.difference_sd.mean(axis=0).tolist(),
+            "share_within_95": float(within[known].mean()) if known.any() else None,
+            "attack_difference_rms_deg": None if attack is None else float(np.degrees(np.sqrt(np.mean(attack**2)))),
+            "attack_difference_mean_deg": None if attack is None else float(np.degrees(np.mean(attack))),
+            "measured": {
+                "gain": self.measured_gain.value,
+                "gain_95": [self.measured_gain.low, self.measured_gain.high],
+                "output_y_m": self.measured_output.value,
+                "output_y_95_m": [self.measured_output.low, self.measured_output.high],
+                "verdict": str(self.measured.verdict),
+                "reason": self.measured.judgement.reason,
+            },
+            "simulated": {
+                "gain": self.simulated_gain,
+                "output_y_m": self.simulated_output,
+                "verdict": str(self.simulated.verdict),
+                "reason": self.simulated.judgement.reason,
+            },
+            "agrees": self.agrees,
+        }
+
+
+def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "fit") -> Comparison:
+    """Compare two runs; either may be measured or simulated, and uncertainty is taken from the first.
+
+    Parameters
+    ----------
+    measured, simulated
+        The simulated run is interpolated at the measured samples; gaps stay gaps.
+    align
+        "none": same clock and frame. "start": the first half seconds coincide in place, the first samples in time.
+        "fit": turned about the vertical, moved and shifted in time (up to 5 s) for the least rms difference; the
+        vertical itself is never tilted.
+
+    Raises
+    ------
+    InputError
+        Where the runs share less than two samples.
+    """
+    if align not in ("fit", "start", "none"):
+        raise InputError(f"align must be fit, start or none; got {align!r}")
+    shift, yaw, move = _alignment(measured, simulated, align)
+    time = _values(measured, "time")
+    inside = _inside(time, simulated, shift)
+    if inside.sum() < 2:
+        raise InputError(
+            f"the runs must overlap in time: the measured one lasts from {time[0]:.2f} s to {time[-1]:.2f} s, "
+            f"and shares "
+            f"{int(inside.sum())} samples with the simulated one"
+        )
+    time = time[inside]
+    turn = _about_z(yaw)
+    covariance = measured.dataset.get("position_covariance")
+    spread = np.zeros((time.size, 3))
+    if covariance is not None:
+        noise = np.einsum("nii->ni", np.asarray(covariance.values, dtype=np.float64))[inside]
+        spread = np.sqrt(noise + float(measured.dataset.attrs.get("position_accuracy", 0.0)) ** 2)
+    attack_sd = np.zeros(time.size)
+    if "attack_angle_sd" in measured.dataset:
+        attack_sd = _values(measured, "attack_angle_sd")[inside]
+    own_gain, own_output = gain(measured), output(measured)
+    return Comparison(
+        measured=measured,
+        simulated=simulated,
+        time=time,
+        measured_position=_values(measured, "position")[inside],
+        simulated_position=_at(simulated, "position", time - shift) @ turn.T + move,
+        difference_sd=spread,
+        simulated_time=_values(simulated, "time") + shift,
+        simulated_path=_values(simulated, "position") @ turn.T + move,
+        measured_attack=_values(measured, "attack_angle")[inside] if "attack_angle" in measured.dataset else None,
+        simulated_attack=_at(simulated, "attack_angle", time - shift) if "attack_angle" in simulated.dataset else None,
+        attack_sd=attack_sd,
+        time_shift=shift,
+        yaw=yaw,
+        translation=move,
+        measured_output=own_output,
+        simulated_output=simulated.judgement.output,
+        measured_gain=own_gain,
+        simulated_gain=simulated.gain,
+    )
+
+
+def _values(run: Trajectory, name: str) -> Floats:
+    return np.asarray(run.dataset[name].values, dtype=np.float64)
+
+
+def _at(run: Trajectory, name: str, times: Floats) -> Floats:
+    """A run's variable at other instants, linearly between its samples."""
+    values, known = _values(run, name), _values(run, "time")
+    columns = values.reshape(known.size, -1)
+    return np.stack([np.interp(times, known, column) for column in columns.T], axis=1).reshape(
+        times.size, *values.shape[1:]
+    )
+
+
+def _inside(time: Floats, simulated: Trajectory, shift: float) -> NDArray[np.bool_]:
+    known = _values(simulated, "time")
+    slack = 1e-9 * max(1.0, abs(float(known[-1])))
+    return np.asarray((time - shift >= known[0] - slack) & (time - shift <= known[-1] + slack))
+
+
+def _about_z(angle: float) -> Floats:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _alignment(measured: Trajectory, simulated: Trajectory, align: Alignment) -> tuple[float, float, Floats]:
+    """Shift in time (s), turn about z (rad) and move (m) that take the simulated run to the measured one."""
+    if align == "none":
+        return 0.0, 0.0, np.zeros(3)
+    time = _values(measured, "time")
+    together = float(time[0] - _values(simulated, "time")[0])
+    if align == "start":
+        first = time <= time[0] + BEGINNING
+        move = (_values(measured, "position")[first] - _at(simulated, "position", time[first] - together)).mean(axis=0)
+        return together, 0.0, np.asarray(move)
+    shifts = together + np.linspace(-LATEST, LATEST, TRIES)
+    least = 0.5 * _inside(time, simulated, together).sum()
+    fits = [_moved(measured, simulated, shift, least) for shift in shifts]
+    plain = _moved(measured, simulated, together, 2)
+    best = min(range(TRIES), key=lambda i: fits[i][0])
+    if not np.isfinite(fits[best][0]) or fits[best][0] > (1.0 - WORTH) * plain[0]:
+        return together, plain[1], plain[2]
+    return float(shifts[best]), fits[best][1], fits[best][2]
+
+
+def _moved(measured: Trajectory, simulated: Trajectory, shift: float, least: float) -> tuple[float, float, Floats]:
+    """Rms difference, turn about z and move that fit best at a shift in time (Kabsch's method in the plane)."""
+    time = _values(measured, "time")
+    inside = _inside(time, simulated, shift)
+    if inside.sum() < max(2.0, least):
+        return np.inf, 0.0, np.zeros(3)
+    target = _values(measured, "position")[inside]
+    source = _at(simulated, "position", time[inside] - shift)
+    one, two = source - source.mean(axis=0), target - target.mean(axis=0)
+    angle = float(np.arctan2(np.sum(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]), np.sum(one[:, :2] * two[:, :2])))
+    turn = _about_z(angle)
+    move = target.mean(axis=0) - turn @ source.mean(axis=0)
+    rest = target - source @ turn.T - move
+    return float(np.sqrt(np.mean(np.sum(rest**2, axis=1)))), angle, move

@@ -1,0 +1,176 @@
+"""A run, simulated or measured: labelled arrays with units and provenance, in and out of netCDF."""
+
+import json
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import FileError, InputError
+from helimag.files import replacing
+from helimag.runs.gain import End, Heights, Judgement, Verdict, judge
+
+if TYPE_CHECKING:
+    import xarray
+
+Floats = NDArray[np.float64]
+
+# name: dimensions, unit, meaning. The lab frame has z up; body axes are the device's own, x towards the nose.
+VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "position": (("time", "axis"), "m", "centre of the head, lab frame"),
+    "quaternion": (("time", "component"), "1", "rotation from body to lab, scalar first"),
+    "long_axis": (("time", "axis"), "1", "unit vector from helix to head, lab frame"),
+    "attack_angle": (("time",), "rad", "elevation of the long axis above the horizontal; negative points down"),
+    "rpm_position": (("time", "axis"), "m", "centre of the rotating permanent magnet, lab frame"),
+    "rpm_moment": (("time", "axis"), "A m2", "moment of the rotating permanent magnet, lab frame"),
+    "field": (("time", "axis"), "T", "flux density at the head, lab frame"),
+    "phase_lag": (("time",), "rad", "angle about the long axis from the device's moment to the field"),
+    "gap": (("time",), "m", "distance between the centres of head and magnet"),
+    "height_low": (("time",), "m", "lowest head since the sample before"),
+    "height_high": (("time",), "m", "highest head since the sample before"),
+    "height_mean": (("time",), "m", "mean height of the head since the sample before"),
+    "attack_mean": (("time",), "rad", "mean attack angle since the sample before"),
+    "attack_mean_square": (("time",), "rad2", "mean squared attack angle since the sample before"),
+    "slips": (("time",), "1", "turns slipped against the field so far"),
+    "position_covariance": (
+        ("time", "axis", "other_axis"),
+        "m2",
+        "covariance of the measured position, frame to frame",
+    ),
+    "attack_angle_sd": (("time",), "rad", "standard deviation of the measured attack angle"),
+    "misfit": (("time",), "1", "disagreement of the two views, squared, over what is typical"),
+    "segment": (("time",), "1", "number of the stretch without gaps that a measured sample belongs to"),
+}
+
+
+class Trajectory:
+    """A run as a labelled dataset, with its gain and verdict. Treat it as frozen.
+
+    Parameters
+    ----------
+    dataset
+        At least ``time`` (s) and ``position`` (m), and the attributes ``initial_gap`` (m) and ``end``.
+    """
+
+    def __init__(self, dataset: "xarray.Dataset") -> None:
+        missing = [name for name in ("time", "position") if name not in dataset]
+        missing += [name for name in ("initial_gap", "end") if name not in dataset.attrs]
+        if missing:
+            raise InputError(f"a trajectory needs {', '.join(missing)}")
+        self.dataset = dataset
+
+    @classmethod
+    def from_arrays(cls, time: Floats, variables: dict[str, Floats], attributes: dict[str, object]) -> Self:
+        """Build from plain arrays named as in ``VARIABLES`` (SI), labelling axes, units and meanings."""
+        import xarray
+
+        coordinates = {
+            "time": ("time", time, {"units": "s", "long_name": "time since the start"}),
+            "axis": ["x", "y", "z"],
+            "component": ["w", "x", "y", "z"],
+        }
+        data = {
+            name: (VARIABLES[name][0], values, {"units": VARIABLES[name][1], "long_name": VARIABLES[name][2]})
+            for name, values in variables.items()
+        }
+        return cls(xarray.Dataset(data, coordinates, {"Conventions": "CF-1.11", **attributes}))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a trajectory that :meth:`save` wrote.
+
+        Raises
+        ------
+        FileError
+            Where the file cannot be read.
+        InputError
+            Where it is not a trajectory.
+        """
+        import xarray
+
+        if Path(path).is_dir():
+            raise FileError(f"{path} is a directory; name a file in it")
+        try:
+            with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as opened:
+                return cls(opened.load())
+        except FileNotFoundError:
+            raise FileError(f"there is no file '{path}'") from None
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        except (OSError, ValueError, KeyError) as error:
+            raise FileError(f"{path} cannot be read as netCDF: {error}") from None
+
+    def save(self, path: str | Path) -> None:
+        """Write netCDF that xarray, MATLAB (``ncread``) and any HDF5 reader open; beside first, then renamed.
+
+        Raises
+        ------
+        FileError
+            Where the file cannot be written; nothing is left behind.
+        """
+        with replacing(path) as beside:
+            self.dataset.to_netcdf(beside, engine="h5netcdf")
+
+    @cached_property
+    def judgement(self) -> Judgement:
+        """Gain, verdict and what goes with them (SI, radians)."""
+        return judge(self.heights)
+
+    @property
+    def gain(self) -> float:
+        """Range of heights over the initial height difference to the magnet (eq. 6)."""
+        return self.judgement.gain
+
+    @property
+    def verdict(self) -> Verdict:
+        """What becomes of the device."""
+        return self.judgement.verdict
+
+    @property
+    def heights(self) -> Heights:
+        """What a judgement needs; what happens between samples is taken from the samples where it was not recorded."""
+        height = self._values("position")[:, 2]
+        attack = self._values("attack_angle", np.zeros_like(height))
+        slips = self._values("slips", np.zeros_like(height))
+        return Heights(
+            time=self._values("time"),
+            low=self._values("height_low", height),
+            high=self._values("height_high", height),
+            mean=self._values("height_mean", height),
+            attack=self._values("attack_mean", attack),
+            attack_square=self._values("attack_mean_square", attack**2),
+            slips=int(slips[-1]) if slips.size else 0,
+            initial_gap=float(self.dataset.attrs["initial_gap"]),
+            end=End(self.dataset.attrs["end"]),
+        )
+
+    @property
+    def final_state(self) -> Floats:
+        """Head position (m) and quaternion w, x, y, z at the end: (7,)."""
+        return np.concatenate([self._values("position")[-1], self._values("quaternion")[-1]])
+
+    @property
+    def scenario_toml(self) -> str | None:
+        """The scenario that was run, as TOML; None for a measured run without one."""
+        text = self.dataset.attrs.get("scenario")
+        return None if text is None else str(text)
+
+    def _values(self, name: str, otherwise: Floats | None = None) -> Floats:
+        if name not in self.dataset and otherwise is not None:
+            return otherwise
+        return np.asarray(self.dataset[name].values, dtype=np.float64)
+
+    def __repr__(self) -> str:
+        judgement = self.judgement
+        return f"<Trajectory {self.dataset.attrs.get('name', '')}: gain {judgement.gain:.3f}, {judgement.reason}>"
+
+
+def versions() -> str:
+    """Versions of what made a result, as JSON: helimag, Warp, NumPy, Python."""
+    import platform
+    from importlib.metadata import version
+
+    found = {name: version(name) for name in ("helimag", "warp-lang", "numpy")}
+    return json.dumps({**found, "python": platform.python_version()})

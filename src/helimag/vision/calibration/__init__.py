@@ -1,0 +1,1 @@
+"""Calibration of two cameras and the walls that they look through."""

@@ -1,0 +1,1 @@
+"""Synthetic pictures: a rig with known truth, rendered films, scores."""

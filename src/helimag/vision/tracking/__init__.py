@@ -1,0 +1,1 @@
+"""Tracking: from two films to a measured trajectory."""

@@ -1,0 +1,98 @@
+"""Bring two cameras that are neither triggered together nor on one clock to the same instants."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from helimag.vision.cameras import Rig
+from helimag.vision.tracking.search import Sighting
+
+Floats = NDArray[np.float64]
+
+BRIDGE = 1.6  # frames between two sightings across which the device's path is interpolated
+FURTHEST = 5.0  # clock offset that is looked for (s)
+CERTAIN = 0.5  # frames: an offset less certain than this is not used
+
+
+class Offset(NamedTuple):
+    """How far the second clock is ahead (s), its standard deviation, and whether the films show enough motion to
+    tell."""
+
+    value: float
+    sd: float
+    found: bool
+
+
+def frame_interval(time: Floats) -> float:
+    """Typical time between frames (s)."""
+    return float(np.median(np.diff(time)))
+
+
+def at(sighting: Sighting, times: Floats) -> Floats:
+    """Rows of a sighting at other instants (m, 10), by splines through its frames; NaN where frames are missing
+    around one."""
+    seen = np.isfinite(sighting.rows[:, 0])
+    known, rows = sighting.time[seen], sighting.rows[seen]
+    result = np.full((times.size, rows.shape[1]), np.nan)
+    step = frame_interval(sighting.time)
+    cuts = np.flatnonzero(np.diff(known) > 2.5 * step) + 1
+    for part in np.split(np.arange(known.size), cuts):
+        if part.size < 4:
+            continue
+        within = (times >= known[part[0]] - 1e-9) & (times <= known[part[-1]] + 1e-9)
+        result[within] = CubicSpline(known[part], rows[part])(times[within])
+    if known.size < 2:
+        return result
+    after = np.clip(np.searchsorted(known, times), 1, known.size - 1)
+    wide = known[after] - known[after - 1] > BRIDGE * step
+    exact = np.minimum(np.abs(times - known[after]), np.abs(times - known[after - 1])) < 0.02 * step
+    result[wide & ~exact] = np.nan
+    nearest = np.where(np.abs(times - known[after]) < np.abs(times - known[after - 1]), after, after - 1)
+    result[:, 4:] = np.where(np.isfinite(result[:, :1]), rows[nearest, 4:], np.nan)
+    return result
+
+
+def find_offset(first: Sighting, second: Sighting, rig: Rig) -> Offset:
+    """The clock offset at which the two views' lines of sight miss each other least.
+
+    The cost is the sum of squared misses; its curvature gives the standard deviation, with misses taken to be
+    independent once a half second; what the calibration may be off by is added.
+    """
+    seen = np.isfinite(first.rows[:, 0])
+    times, middles = first.time[seen], first.rows[seen, :2]
+    step = frame_interval(first.time)
+
+    def miss(offset: float) -> Floats:
+        rows = at(second, times + offset)
+        good = np.isfinite(rows[:, 0])
+        if good.sum() < max(8, 0.3 * times.size):
+            return np.full(1, np.nan)
+        return rig.triangulate(middles[good], rows[good, :2])[1]
+
+    def cost(offset: float) -> float:
+        values = miss(offset)
+        return float(np.mean(np.minimum(values, 3.0 * np.median(values) + 1e-6) ** 2))
+
+    coarse = np.arange(-FURTHEST, FURTHEST + step / 2.0, 2.0 * step)
+    costs = np.array([cost(offset) for offset in coarse])
+    if not np.any(np.isfinite(costs)):
+        return Offset(0.0, np.inf, False)
+    best = float(coarse[np.nanargmin(costs)])
+    for width in (step, step / 4.0, step / 16.0):
+        fine = best + width * np.arange(-3, 4)
+        best = float(fine[np.nanargmin([cost(offset) for offset in fine])])
+    reach = step / 2.0
+    low, middle, high = cost(best - reach), cost(best), cost(best + reach)
+    curvature = (low - 2.0 * middle + high) / reach**2
+    if np.isfinite(curvature) and curvature > 0.0:
+        best += float(np.clip((low - high) / (2.0 * curvature * reach), -0.5, 0.5)) * reach
+    independent = max(1.0, (times[-1] - times[0]) / 0.5)
+    sd = np.inf
+    if (
+        np.isfinite(curvature) and curvature > 0.0
+    ):  # the cost is (speed x offset)^2: the calibration's error counts as an offset
+        sd = float(np.sqrt(2.0 * middle / (curvature * independent) + 2.0 * rig.accuracy**2 / curvature))
+    found = sd < CERTAIN * step
+    return Offset(best if found else 0.0, sd, found)

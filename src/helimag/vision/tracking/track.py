@@ -1,0 +1,251 @@
+"""From two films and a calibration to a measured trajectory."""
+
+import itertools
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import InputError
+from helimag.runs.gain import End
+from helimag.runs.smoothing import DEGREE, POINTS, smooth
+from helimag.runs.trajectory import Trajectory, versions
+from helimag.vision.cameras import Rig
+from helimag.vision.films import Film
+from helimag.vision.shape import Shape
+from helimag.vision.tracking.alignment import Offset, at, find_offset, frame_interval
+from helimag.vision.tracking.pose import Fit, Poses, darker_end, half_level, lengths, oriented, solve
+from helimag.vision.tracking.search import Sighting, search
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+MISFIT = 16.0  # of the typical misfit: views that disagree more do not show the same thing
+STRAY = 6.0  # standard deviations off its neighbours' polynomial at which a point is left out
+OVERLAP = 0.5  # share of the longer film that both films must cover
+TOUCH = 0.6e-3  # distance from a wall at which a device counts as touching it (m)
+
+
+def track(
+    first: str | Path,
+    second: str | Path,
+    rig: Rig,
+    *,
+    initial_gap: float,
+    shape: Shape | None = None,
+    clock_offset: float | None = None,
+    rate: float | None = None,
+    scenario: str | None = None,
+    name: str = "measured run",
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Track the device through both films.
+
+    Parameters
+    ----------
+    first, second
+        Films (.mp4, .avi, ... or folders of pictures) of the rig's first and second camera.
+    initial_gap
+        Height of the magnet above the device at the start (m): the input u of the gain.
+    shape
+        Of the device; default the paper's.
+    clock_offset
+        How far the second clock is ahead (s); default: found from the films.
+    rate
+        Frames a second, where the films do not say.
+    scenario
+        TOML of the scenario that the run was meant to be, kept with it.
+
+    Returns
+    -------
+    Trajectory
+        With samples at those frames of the first film at which both views show the device. What is missing is listed in
+        the attribute ``gaps`` (JSON: from, until, reason) and is never filled in.
+
+    Raises
+    ------
+    FileError
+        Where a film cannot be read.
+    InputError
+        Where the films do not fit each other, the calibration or the device.
+    """
+    if not (np.isfinite(initial_gap) and initial_gap > 0.0):
+        raise InputError(f"initial_gap must be a length greater than zero; got {initial_gap} m")
+    shape = shape or Shape()
+    films = (Film(first, rate=rate), Film(second, rate=rate))
+    sightings = search(films, rig, shape, progress=progress)
+    _check_overlap(films, sightings, clock_offset)
+    offset = find_offset(*sightings, rig) if clock_offset is None else Offset(clock_offset, 0.0, True)
+    return assemble(sightings, rig, shape, offset, initial_gap=initial_gap, scenario=scenario, name=name)
+
+
+def _check_overlap(films: tuple[Film, Film], sightings: tuple[Sighting, Sighting], clock_offset: float | None) -> None:
+    shift = clock_offset or 0.0
+    one, two = sightings[0].time, sightings[1].time - shift
+    longer = max(one[-1] - one[0], two[-1] - two[0])
+    common = min(one[-1], two[-1]) - max(one[0], two[0])
+    if min(one.size, two.size) < 4 or common < OVERLAP * longer:
+        raise InputError(
+            f"films must show the same run: {films[0].path.name} has {one.size} frames from {one[0]:.2f} s to "
+            f"{one[-1]:.2f} s, "
+            f"{films[1].path.name} has {two.size} from {two[0]:.2f} s to {two[-1]:.2f} s; they share "
+            f"{max(common, 0.0):.2f} s"
+        )
+
+
+def assemble(
+    sightings: tuple[Sighting, Sighting],
+    rig: Rig,
+    shape: Shape,
+    offset: Offset,
+    *,
+    initial_gap: float,
+    scenario: str | None = None,
+    name: str = "measured run",
+) -> Trajectory:
+    """Join the sightings of two views into a trajectory; parameters as for :func:`track`."""
+    first, second = sightings
+    interval = frame_interval(first.time)
+    other = at(second, first.time + offset.value)
+    reason = np.zeros(first.time.size, dtype=int)
+    reason[~np.isfinite(other[:, 0])] = 2
+    reason[~np.isfinite(first.rows[:, 0])] = 1
+    used = np.flatnonzero(reason == 0)
+    if used.size < 4:
+        raise InputError(
+            f"the device is in both views in {used.size} of {first.time.size} frames only; check clock_offset "
+            f"and the calibration"
+        )
+    rows = (first.rows[used], other[used])
+    length = float(np.nanmedian(lengths(rig, *rows)))
+    fit = solve(rig, *rows, length)
+    finite = fit.misfit[np.isfinite(fit.misfit)]
+    typical = max(1.0, float(np.median(finite)) / 0.79) if finite.size else 1.0  # chi-square's median over its mean
+    good = np.isfinite(fit.misfit) & (fit.misfit <= MISFIT * typical) & rig.inside(fit.middle, 1.5e-3)
+    kept = np.flatnonzero(good)
+    if kept.size < 4:
+        raise InputError("the two views never agree on the device; check the calibration and which film is which")
+    fit = Fit(*(values[kept] for values in fit))
+    pixel = 1.0 / float(rig.cameras[0].scale(fit.middle[:1])[0])
+    darker = darker_end(rig, fit, (rows[0][kept], rows[1][kept]))
+    poses = oriented(fit, darker, length / 2.0 - half_level(shape, pixel))
+    strays = _strays(first.time[used[kept]], poses.head, poses.head_covariance * typical, interval)
+    kept = kept[~strays]
+    poses = Poses(*(values[~strays] for values in poses))
+    missing = np.full(used.size, True)
+    missing[kept] = False
+    reason[used[missing]] = 3
+    attributes = _attributes(first, reason, rig, shape, offset, length, interval)
+    if scenario is not None:
+        attributes["scenario"] = scenario
+    return _trajectory(
+        first.time[used[kept]],
+        poses,
+        typical,
+        interval,
+        {
+            "name": name,
+            "initial_gap": initial_gap,
+            "end": str(_end(poses.head[-1], rig)),
+            **attributes,
+        },
+    )
+
+
+def _strays(time: Floats, head: Floats, covariance: Floats, interval: float) -> Flags:
+    """Points that do not lie on their neighbours' polynomial, judged without themselves."""
+    smoothed, weights = smooth(time, head, interval)
+    own = weights[:, weights.shape[1] // 2]
+    rest = (head - smoothed) / np.maximum(1.0 - own, 1e-9)[:, None]
+    rest[own > 0.99] = 0.0
+    spread = np.sqrt(np.maximum(np.einsum("nii->ni", covariance), (0.02e-3) ** 2))
+    return np.asarray(np.any(np.abs(rest) > STRAY * 2.0 * spread, axis=1))
+
+
+def _end(head: Floats, rig: Rig) -> End:
+    """Why the film's last sample is the last: at a wall of the tank, or just the film's end."""
+    low, high = head - rig.tank[0], rig.tank[1] - head
+    if low[2] < TOUCH:
+        return End.FLOOR
+    if high[2] < TOUCH:
+        return End.SURFACE
+    return End.WALL if min(low[:2].min(), high[:2].min()) < TOUCH else End.HORIZON
+
+
+REASONS = ("", "not seen by the first camera", "not seen by the second camera", "the views disagree")
+
+
+def gaps_of(time: Floats, reason: NDArray[np.int64], interval: float) -> list[list[object]]:
+    """Stretches without a sample: [from, until, reason], the times those of the last sample before and the first
+    after."""
+    gaps: list[list[object]] = []
+    good = np.flatnonzero(reason == 0)
+    for before, after in itertools.pairwise(good):
+        if after > before + 1:
+            worst = int(np.bincount(reason[before + 1 : after]).argmax())
+            gaps.append([float(time[before]), float(time[after]), REASONS[worst]])
+        elif time[after] - time[before] > 1.6 * interval:
+            gaps.append([float(time[before]), float(time[after]), "frames lost"])
+    return gaps
+
+
+def _attributes(
+    first: Sighting,
+    reason: NDArray[np.int64],
+    rig: Rig,
+    shape: Shape,
+    offset: Offset,
+    length: float,
+    interval: float,
+) -> dict[str, object]:
+    gaps = gaps_of(first.time, reason, interval)
+    warnings = list(rig.notes.get("warnings", []))
+    if not offset.found:
+        warnings.append("the films show too little motion to align the clocks; they are taken to agree")
+    expected = shape.length
+    if abs(length / expected - 1.0) > 0.06:
+        warnings.append(
+            f"the device looks {1e3 * length:.2f} mm long, and {1e3 * expected:.2f} mm is expected: check "
+            f"shape and calibration"
+        )
+    report = rig.notes.get("report", {})
+    return {
+        "source": "measured",
+        "frames": "lab: z up; gaps are left out, see the attribute gaps",
+        "gaps": json.dumps(gaps),
+        "frames_first": int(first.time.size),
+        "frames_used": int((reason == 0).sum()),
+        "frame_interval": interval,
+        "smoothed": f"local polynomial of degree {DEGREE} over {POINTS} frames",
+        "clock_offset": offset.value,
+        "clock_offset_sd": offset.sd if np.isfinite(offset.sd) else -1.0,
+        "apparent_length": length,
+        "position_accuracy": rig.accuracy,
+        "scale_sd": float(report.get("held_out_scale_error", 0.0)),
+        "warnings": json.dumps(warnings),
+        "versions": versions(),
+    }
+
+
+def _trajectory(
+    time: Floats, poses: Poses, typical: float, interval: float, attributes: dict[str, object]
+) -> Trajectory:
+    both, weights = smooth(time, np.concatenate([poses.head, poses.axis], axis=1), interval)
+    calm = np.sum(weights * weights, axis=1)[:, None, None] * typical
+    axis = both[:, 3:] / np.linalg.norm(both[:, 3:], axis=1, keepdims=True)
+    level = np.sqrt(np.maximum(1.0 - axis[:, 2] ** 2, 1e-12))
+    return Trajectory.from_arrays(
+        time,
+        {
+            "position": both[:, :3],
+            "position_covariance": poses.head_covariance * calm,
+            "long_axis": axis,
+            "attack_angle": np.arcsin(np.clip(axis[:, 2], -1.0, 1.0)),
+            "attack_angle_sd": np.sqrt(poses.axis_covariance[:, 2, 2] * calm[:, 0, 0]) / level,
+            "misfit": poses.misfit / typical,
+            "segment": np.concatenate([[0.0], np.cumsum(np.diff(time) > 1.6 * interval)]),
+        },
+        attributes,
+    )
