@@ -243,8 +243,9 @@ def _span(scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
 def _seeds(scenario: "Scenario", spans: list[tuple[str, tuple[float, float]]]) -> "list[Orbit]":
     """The scenario's own orbit, where its inputs are on the map."""
     from helimag import orbits
+    from helimag.scenario import Input
 
-    inside = all(low <= orbits.Input(path).value(scenario) <= high for path, (low, high) in spans)
+    inside = all(low <= Input(path).value(scenario) <= high for path, (low, high) in spans)
     return [orbits.find_orbit(scenario, thorough=False)] if inside else []
 
 

@@ -90,7 +90,9 @@ def orbit(
     if vary is None or start is None or stop is None:
         _print_one(result, json)
         return
-    given = orbits.Input(vary)
+    from helimag.scenario import Input
+
+    given = Input(vary)
     low, high = given.read(chosen, start), given.read(chosen, stop)
     with progress_bar(f"following orbits through {vary}") as progress:
         branches = _branches(result, vary, low, high, progress)
@@ -104,8 +106,9 @@ def _branches(
 ) -> "list[Branch]":
     """The branch of the scenario's own orbit, and all others that are stable somewhere in the range."""
     from helimag import orbits
+    from helimag.scenario import Input
 
-    given = orbits.Input(path)
+    given = Input(path)
     if not low < high:
         show = (given.show(orbit.scenario, value) for value in (low, high))
         raise InputError("--from must be below --to; got {} and {}".format(*show))
