@@ -50,8 +50,8 @@ def output(run: Trajectory, *, seed: int = 0) -> Measured:
 
     The value is that of :func:`helimag.runs.gain.judge`. Noise makes a range larger: the interval reaches lower by as
     much as the measured covariance lengthens the range of runs drawn about the measured heights. Frames miss what
-    happens between and beside them: it reaches higher by what :func:`unseen` allows. The calibration's accuracy at two places
-    and its error of scale, which no averaging removes, are added.
+    happens between and beside them: it reaches higher by what :func:`unseen` allows. The calibration's accuracy at two
+    places and its error of scale, which no averaging removes, are added.
 
     Parameters
     ----------
