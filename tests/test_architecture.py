@@ -16,15 +16,16 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 # what a room may import of the others
 RULES = {
     "errors": set(),
+    "outcomes": {"errors"},
     "files": {"errors"},
     "quantities": {"errors"},
     "scenario": {"errors", "files", "quantities"},
     "physics": {"errors"},
-    "runs": {"errors", "files", "quantities"},
+    "runs": {"errors", "outcomes", "files", "quantities"},
     "hydrodynamics": {"errors", "scenario"},
-    "engine": {"errors", "scenario", "physics", "hydrodynamics", "runs"},
-    "orbits": {"errors", "files", "scenario", "physics", "runs", "engine"},
-    "design": {"errors", "scenario", "runs", "engine", "orbits"},
+    "engine": {"errors", "outcomes", "scenario", "physics", "hydrodynamics", "runs"},
+    "orbits": {"errors", "outcomes", "files", "scenario", "physics", "runs", "engine"},
+    "design": {"errors", "outcomes", "scenario", "runs", "engine", "orbits"},
 }
 # everything else, from the ground up: a room imports only from lower ones
 STOREYS = [

@@ -8,7 +8,7 @@ import pytest
 import helimag as hm
 import oracles
 from helimag.engine import simulation
-from helimag.engine.loop import Status
+from helimag.outcomes import End
 
 CONTACT = np.hypot(0.0175, 0.010) + 0.0003603
 NEAR = {"distance": 0.040, "beta": np.radians(5.0)}
@@ -208,7 +208,7 @@ def test_a_run_that_breaks_down_says_so(changes):
     with pytest.raises(hm.RunError, match="broke down at"):
         oracles.run(oracles.case(**changes), 1.0)
     (history,) = simulation.advance([oracles.scenario_of(oracles.case(**changes))])
-    assert history.status is Status.NOT_FINITE
+    assert history.status is End.NOT_FINITE
 
 
 def test_a_start_inside_the_magnet_is_no_number():

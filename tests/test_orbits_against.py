@@ -13,12 +13,11 @@ import xarray
 import helimag as hm
 from helimag.cli import main
 from helimag.cli.orbit_against import _inputs
-from helimag.engine.loop import Status
 from helimag.orbits import Comparison, Why, compare_with_orbits, comparison_dataset, stable_segments, survey
 from helimag.orbits.beside_runs.against import _why, away_from_boundary
 from helimag.orbits.curves.spreading import Spread
 from helimag.orbits.strobe.starts import open_water
-from helimag.runs.gain import Verdict
+from helimag.outcomes import End, Verdict
 from helimag.sweeps import Nodes, nodes_of
 
 # as from a shell
@@ -240,7 +239,7 @@ def test_a_run_whose_numbers_break_down_is_named(monkeypatch: pytest.MonkeyPatch
 
     nodes = nodes_of(hm.load_sweep(store))
     advance = against.advance
-    broken = Status.NOT_FINITE
+    broken = End.NOT_FINITE
     monkeypatch.setattr(
         against, "advance", lambda *args, **given: [replace(h, status=broken) for h in advance(*args, **given)]
     )

@@ -10,7 +10,7 @@ from helimag.orbits import Future, explain, find_orbits, follow, outlook
 from helimag.orbits.beside_runs.closed_curve import swinging, weighted_mean
 from helimag.orbits.beside_runs.outlook import ON_ORBIT
 from helimag.orbits.strobe import chart
-from helimag.runs.gain import Verdict
+from helimag.outcomes import Verdict
 
 
 @pytest.fixture(scope="module")

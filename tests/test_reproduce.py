@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from helimag.errors import FileError, InputError
+from helimag.outcomes import End
 from helimag.reproduce import _ensemble, fig3
-from helimag.runs.gain import End, Heights, gain_until
+from helimag.runs.gain import Heights, gain_until
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
 

@@ -14,7 +14,8 @@ import xarray
 
 import helimag
 from helimag import FileError, InputError, load
-from helimag.sweeps import Outcome, Reason, counts, estimate, export, load_sweep, parse_plan, resolve
+from helimag.outcomes import Reason, Verdict
+from helimag.sweeps import counts, estimate, export, load_sweep, parse_plan, resolve
 from helimag.sweeps.run import sweep
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
@@ -70,7 +71,7 @@ def test_the_dataset_is_labelled_in_si_with_flags_as_cf_has_them(done):
         }.items():
             assert dataset.coords[name].attrs["units"] == unit
         assert float(dataset["yaw_rate"]) == load("paper/fig3c").drive.yaw_rate
-        assert dataset["verdict"].attrs["flag_values"] == [o.value for o in Outcome]
+        assert dataset["verdict"].attrs["flag_values"] == [verdict.flag for verdict in Verdict]
         words = dataset["verdict"].attrs["flag_meanings"].split()
         assert words == ["not-computed", "bounded", "drifting", "attracted", "fell", "wall-limited", "failed"]
         assert dataset["verdict"].dtype == np.int8
@@ -84,7 +85,7 @@ def test_the_dataset_is_labelled_in_si_with_flags_as_cf_has_them(done):
 def test_rows_agree_with_single_runs_and_failures_stay(done):
     dataset = load_sweep(done)
     assert dataset["verdict"].size == 62
-    failed = dataset["verdict"] == Outcome.FAILED
+    failed = dataset["verdict"] == Verdict.FAILED
     near = dataset["distance"] <= load("paper/fig3c").contact_distance
     assert int(near.sum()) > 0
     np.testing.assert_array_equal(failed.any("frequency"), near)
@@ -97,7 +98,7 @@ def test_rows_agree_with_single_runs_and_failures_stay(done):
         run = helimag.simulate(scenario)
         cell = dataset.isel(frequency=i, distance=j)
         assert float(cell.gain) == run.gain
-        assert Outcome(int(cell.verdict)).name == run.verdict.name
+        assert Verdict(int(cell.verdict)).name == run.verdict.name
         assert float(cell.end_time) == run.judgement.end_time
         assert bytes(cell.scenario_hash.values).hex() == scenario.hash
 
@@ -105,8 +106,8 @@ def test_rows_agree_with_single_runs_and_failures_stay(done):
 def test_a_run_whose_numbers_break_down_is_a_failed_row(tmp_path):
     text = PLAN.partition("[[axis]]")[0] + '[[axis]]\nfield = "fluid.viscosity"\nvalues = ["1 Pa s", "1e-12 Pa s"]\n'
     dataset = helimag.sweep(parse_plan(text), out=tmp_path / "s.zarr")
-    assert dataset["verdict"].values.tolist()[0] != Outcome.FAILED
-    assert dataset["verdict"].values.tolist()[1] == Outcome.FAILED
+    assert dataset["verdict"].values.tolist()[0] != Verdict.FAILED
+    assert dataset["verdict"].values.tolist()[1] == Verdict.FAILED
     assert dataset["reason"].values.tolist()[1] == Reason.NUMBERS_BROKE_DOWN
 
 

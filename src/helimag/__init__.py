@@ -7,8 +7,8 @@ if TYPE_CHECKING:
     from helimag.errors import FileError, HelimagError, InputError, MissingExtra, RunError
     from helimag.hydrodynamics import resistance
     from helimag.orbits import Orbit, find_orbit
-    from helimag.runs.gain import Verdict
-    from helimag.runs.trajectory import Trajectory
+    from helimag.outcomes import Verdict
+    from helimag.runs import Trajectory
     from helimag.scenario import Scenario, load, preset_names
     from helimag.sweeps import Plan, load_sweep, sweep
 
@@ -22,8 +22,8 @@ _HOMES = {
     "Plan": "sweeps",
     "RunError": "errors",
     "Scenario": "scenario",
-    "Trajectory": "runs.trajectory",
-    "Verdict": "runs.gain",
+    "Trajectory": "runs",
+    "Verdict": "outcomes",
     "find_orbit": "orbits",
     "load": "scenario",
     "load_sweep": "sweeps",

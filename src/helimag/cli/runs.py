@@ -16,6 +16,7 @@ from helimag.cli._shared import (
     scenario_from,
 )
 from helimag.errors import InputError
+from helimag.outcomes import Future
 
 if TYPE_CHECKING:
     from helimag.orbits import Outlook
@@ -97,7 +98,7 @@ def simulate(
         print_json(_report(trajectory) | _outlook_report(outlook))
     else:
         _print_summary(chosen, trajectory, output)
-        if outlook is not None and outlook.future != "has left":
+        if outlook is not None and outlook.future is not Future.GONE:
             print(f"  for all time  {outlook.text}")
 
 

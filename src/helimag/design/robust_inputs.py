@@ -14,7 +14,7 @@ from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.find import find_orbit, find_orbits
 from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats
-from helimag.runs.gain import Verdict
+from helimag.outcomes import Verdict
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input
 

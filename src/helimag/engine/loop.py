@@ -8,13 +8,13 @@ The magnet model and the kind of path are chosen when a kernel is built, not by 
 """
 
 from collections.abc import Callable
-from enum import IntEnum
 from functools import cache
 from typing import Any
 
 import warp as wp
 
 from helimag.engine.step import GROW, Clock, build_load, build_rates, build_trial, rescaled
+from helimag.outcomes import End
 from helimag.physics.balance import Body, balance_rates, moment_of
 from helimag.physics.kinematics import (
     RpmPose,
@@ -33,20 +33,15 @@ EVENT_TIME = wp.constant(wp.float64(1e-6))  # s; events are located to this
 NEARLY_ONE = wp.constant(wp.float64(1.0 - 2e-12))  # a sample this close to the end is the end, whatever rounding did
 
 
-class Status(IntEnum):
-    """How a run stands."""
-
-    RUNNING = 0
-    HORIZON = 1
-    CONTACT = 2
-    FALL = 3
-    FLOOR = 4
-    SURFACE = 5
-    WALL = 6
-    NOT_FINITE = 7
-
-
-RUNNING, HORIZON, CONTACT, FALL, FLOOR, SURFACE, WALL, NOT_FINITE = (wp.constant(int(s)) for s in Status)
+# what a run's status is compared with: each constant is the number of the End of that name
+RUNNING = wp.constant(End.RUNNING.flag)
+HORIZON = wp.constant(End.HORIZON.flag)
+CONTACT = wp.constant(End.CONTACT.flag)
+FALL = wp.constant(End.FALL.flag)
+FLOOR = wp.constant(End.FLOOR.flag)
+SURFACE = wp.constant(End.SURFACE.flag)
+WALL = wp.constant(End.WALL.flag)
+NOT_FINITE = wp.constant(End.NOT_FINITE.flag)
 
 # Written at each sample: state (7), turns slipped so far; then, over the interval that ends there, lowest and highest
 # head and the time means of height, attack angle and its square.
@@ -163,7 +158,7 @@ def passed_behind(old: wp.vec2d, new: wp.vec2d) -> bool:
 
 @wp.func
 def clearance(bounds: Bounds, magnets: wp.array(dtype=Magnet), pose: RpmPose, state: State):
-    """Least distance (m) to anything that ends the run, and which status that would be."""
+    """Least distance (m) to anything that ends the run, and the number of the End that would be."""
     head = head_position(state)
     rotation = rotation_matrix(state)
     tail = head - bounds.tail * wp.vec3d(rotation[0, 0], rotation[1, 0], rotation[2, 0])

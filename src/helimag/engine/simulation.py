@@ -28,10 +28,11 @@ from helimag.engine.packing import (
 )
 from helimag.engine.step import Clock
 from helimag.errors import InputError, RunError
+from helimag.outcomes import End, Reason
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
 from helimag.physics.kinematics import State
-from helimag.runs.gain import End, Heights, Judgement, judge
+from helimag.runs.gain import Heights, Judgement, judge
 from helimag.runs.trajectory import Trajectory, versions
 from helimag.scenario import Scenario
 
@@ -41,14 +42,6 @@ TOLERANCE = 3e-7  # of one step; positions are then within 1e-8 m after 100 s on
 LAUNCH_SECONDS = 0.25  # how long a launch may take before the host gets a word in
 RUNS_PER_TASK = 8
 MAGNET_MODELS = {"dipole": magnetics.point_dipole, "cylinder": magnetics.cylinder}
-ENDS = {
-    loop.Status.HORIZON: End.HORIZON,
-    loop.Status.CONTACT: End.CONTACT,
-    loop.Status.FALL: End.FALL,
-    loop.Status.FLOOR: End.FLOOR,
-    loop.Status.SURFACE: End.SURFACE,
-    loop.Status.WALL: End.WALL,
-}
 
 
 @dataclass(frozen=True)
@@ -58,7 +51,7 @@ class History:
     scenario: Scenario
     time: Floats
     records: Floats
-    status: loop.Status
+    status: End
     steps: int
     rejected: int
     wall_time: float
@@ -81,7 +74,7 @@ class History:
             attack_square=square,
             slips=int(slips[-1]),
             initial_gap=initial_gap(self.scenario),
-            end=ENDS[self.status],
+            end=self.status,
         )
 
     def judge(self) -> Judgement:
@@ -133,7 +126,7 @@ class _Task:
             self.records[:, first:last] = records.numpy()
             took = time.perf_counter() - launched
             progress = self.progress.numpy()
-            running = progress["status"] == loop.Status.RUNNING
+            running = progress["status"] == End.RUNNING
             self.done = float(np.where(running, progress["time"], [s.run.duration for s in self.scenarios]).sum())
             if not running.any():
                 break
@@ -153,7 +146,7 @@ class _Task:
             scenario=scenario,
             time=times,
             records=self.records[run, :count].copy(),
-            status=loop.Status(int(progress["status"])),
+            status=End.of(int(progress["status"])),
             steps=int(progress["steps"]),
             rejected=int(progress["rejected"]),
             wall_time=wall_time / len(self.scenarios),
@@ -358,11 +351,8 @@ def trajectory_of(history: History) -> Trajectory:
         Where the run's numbers broke down.
     """
     scenario = history.scenario
-    if history.status is loop.Status.NOT_FINITE:
-        raise RunError(
-            f"the run '{scenario.name}' broke down at {history.time[-1]:.6g} s: no step is small enough; check the "
-            "scenario for extreme values (a viscosity near zero, a magnet that the device starts very close to)"
-        )
+    if history.status is End.NOT_FINITE:
+        raise RunError(f"the run '{scenario.name}' {Reason.NUMBERS_BROKE_DOWN.text(time=history.time[-1])}")
     states = history.states
     seen = _observe(scenario, history.time, states)
     long_axis = _long_axis(states)

@@ -17,7 +17,8 @@ import numpy as np
 from helimag import quantities as q
 from helimag.errors import FileError
 from helimag.files import replacing
-from helimag.sweeps import Axis, Outcome, Plan, Progress, sweep
+from helimag.outcomes import Verdict
+from helimag.sweeps import Axis, Plan, Progress, sweep
 
 if TYPE_CHECKING:
     import xarray
@@ -64,15 +65,15 @@ class Panel:
     def best(self) -> float:
         """Value of least gain, among bounded runs where there are any."""
         values, gain, flags = self._joined()
-        allowed = flags == Outcome.BOUNDED if np.any(flags == Outcome.BOUNDED) else ~np.isnan(gain)
+        allowed = flags == Verdict.BOUNDED if np.any(flags == Verdict.BOUNDED) else ~np.isnan(gain)
         return float(values[allowed][np.argmin(gain[allowed])])
 
     @property
     def row(self) -> dict[str, Any]:
         """One line of the table: the bounded set and the least gain."""
         values, gain, flags = self._joined()
-        fine = self.fine["verdict"].values == Outcome.BOUNDED
-        inside = values[flags == Outcome.BOUNDED]
+        fine = self.fine["verdict"].values == Verdict.BOUNDED
+        inside = values[flags == Verdict.BOUNDED]
         at = int(np.argmin(np.abs(values - self.best)))
         step = float(np.diff(self.fine[self.input.name].values).mean())
         return {
@@ -86,7 +87,7 @@ class Panel:
             "runs": int(gain.size),
             "best": self.best,
             "least_gain": float(gain[at]),
-            "best_is_bounded": bool(flags[at] == Outcome.BOUNDED),
+            "best_is_bounded": bool(flags[at] == Verdict.BOUNDED),
             **{f"at_{name.removeprefix('drive.')}": value for name, value in self.others.items()},
         }
 
@@ -183,7 +184,7 @@ def _texts(each: Input, **values: float) -> dict[str, str]:
 def _around(each: Input, wide: "xarray.Dataset") -> tuple[float, float]:
     """The bounded set and a step to each side, or two about the least gain where nothing is bounded (shown unit)."""
     values = wide[each.name].values / q.parse(f"1 {each.kind.shown}", each.kind)
-    inside = values[wide["verdict"].values == Outcome.BOUNDED]
+    inside = values[wide["verdict"].values == Verdict.BOUNDED]
     margin = each.step
     if inside.size == 0:
         gain = wide["gain"].values

@@ -13,8 +13,9 @@ import numpy as np
 
 from helimag.engine.simulation import History
 from helimag.files import replacing
+from helimag.outcomes import Verdict
 from helimag.reproduce._ensemble import DISPLACEMENT, Ensemble
-from helimag.runs.gain import Verdict, gain_until
+from helimag.runs.gain import gain_until
 
 Row = dict[str, Any]
 

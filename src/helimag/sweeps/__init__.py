@@ -1,7 +1,6 @@
 """Sweeps: many runs by plan, a store that survives interruption, threads or a cluster, a verdict's boundary."""
 
 from helimag.sweeps.boundary import BoundaryLine, boundary_line
-from helimag.sweeps.compute import Outcome, Reason
 from helimag.sweeps.design import Design, resolve
 from helimag.sweeps.export import axis_names, counts, export, load_sweep
 from helimag.sweeps.nodes import Nodes, nodes_of
@@ -16,10 +15,8 @@ __all__ = [
     "Design",
     "Estimate",
     "Nodes",
-    "Outcome",
     "Plan",
     "Progress",
-    "Reason",
     "Sampling",
     "axis_names",
     "boundary_line",

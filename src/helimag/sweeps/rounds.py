@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.outcomes import Verdict
 from helimag.scenario import Scenario
 from helimag.sweeps.boundary import ROUND, Seen, next_points, start_points
-from helimag.sweeps.compute import Outcome, Rows
+from helimag.sweeps.compute import Rows
 from helimag.sweeps.design import Design, Value
 from helimag.sweeps.engines import Job
 from helimag.sweeps.plan import Boundary
@@ -63,7 +64,7 @@ def _seen(design: Design, store: Store, wanted: Boundary, unit: NDArray[np.float
     held = np.where(np.isnan(lost), 1.0, lost / design.base.run.duration)
     return Seen(
         points=unit,
-        inside=np.asarray(found["verdict"] == Outcome[wanted.verdict.upper().replace("-", "_")]),
+        inside=np.asarray(found["verdict"] == Verdict.of(wanted.verdict)),
         rises=np.asarray(found["height_change"] > 0.0),
         held=held,
     )

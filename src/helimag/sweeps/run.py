@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.sweeps.compute import Outcome, Rows, label
+from helimag.outcomes import Verdict
+from helimag.sweeps.compute import Rows
 from helimag.sweeps.design import resolve
 from helimag.sweeps.engines import Engine, Job, engine
 from helimag.sweeps.export import load_sweep
@@ -118,6 +119,6 @@ def _run(
 
 
 def _count(state: Progress, verdicts: NDArray[np.generic]) -> None:
-    known = verdicts[verdicts != Outcome.NOT_COMPUTED]
+    known = verdicts[verdicts != Verdict.NOT_COMPUTED]
     state.done += known.size
-    state.counts.update(label(Outcome(int(flag))) for flag in known)
+    state.counts.update(str(Verdict.of(flag)) for flag in known)

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import FileError, InputError, MissingExtra
+from helimag.outcomes import Reason, Verdict, cf_flags
 from helimag.runs.trajectory import versions
-from helimag.sweeps.compute import HASH_BYTES, SCALARS, Outcome, Reason, Rows, label
+from helimag.sweeps.compute import HASH_BYTES, SCALARS, Rows
 from helimag.sweeps.design import Design
 
 if TYPE_CHECKING:
@@ -156,8 +157,8 @@ def variables(design: Design) -> dict[str, tuple[tuple[str, ...], Any, Any, dict
     found: dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]] = {}
     for name, (unit, meaning) in SCALARS.items():
         found[name] = (dims, np.float64, np.nan, {"units": unit, "long_name": meaning})
-    for name, flags in (("verdict", Outcome), ("reason", Reason)):
-        found[name] = (dims, np.int8, 0, {"long_name": name, **flag_attributes([label(flag) for flag in flags])})
+    for name, flags in (("verdict", cf_flags(Verdict)), ("reason", cf_flags(Reason))):
+        found[name] = (dims, np.int8, 0, {"long_name": name, **flags})
     digest: dict[str, object] = {"long_name": "SHA-256 of the scenario, byte by byte", "units": "1"}
     found["scenario_hash"] = ((*dims, "byte"), np.uint8, 0, digest)
     if design.plan.trajectory is not None:

@@ -16,8 +16,8 @@ from helimag.orbits.curves.tracing import FAILED, Family, Node, Place, Trace, ad
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.find import classify, find_orbit
 from helimag.orbits.strobe.newton import Solved
-from helimag.orbits.strobe.orbit import OrbitStatus
 from helimag.orbits.strobe.problem import Floats, Problem
+from helimag.outcomes import OrbitStatus
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input
 

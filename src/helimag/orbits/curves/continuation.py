@@ -122,7 +122,7 @@ def follow(
     """
     given = Input(path)
     if not orbit.found:
-        raise InputError(f"an orbit to follow must have been found; got '{orbit.status}': {orbit.status.remedy}")
+        raise InputError(f"an orbit to follow must have been found; got '{orbit.status}': {orbit.status.text()}")
     here = given.value(orbit.scenario)
     if not low < high or not low <= here <= high:
         raise InputError(

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.loop import Status
 from helimag.errors import InputError
 from helimag.orbits.slow_flow.averaging import SlowFlow, averaged_paths
 from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats, Problem
 from helimag.orbits.strobe.starts import attitudes, open_water, sense_of, settle, strobed
+from helimag.outcomes import BasinEnd
 
 FEWEST_TURNS = 12  # of the magnet in a run, so that its later quarters can be compared
 AT = 1e-3  # of the distance: a run that spends its last quarter this near its orbit has come to it
@@ -21,6 +21,7 @@ SHRINKS = 0.95  # from the third quarter to the last, of the farthest distance: 
 SHORTEST, LONGEST = 1200.0, 20_000.0  # s, of the runs
 SAMPLES = 160
 SURE = 1.96  # standard deviations on either side of 95 per cent
+WORDS = f"<U{max(map(len, BasinEnd))}"  # text that holds each of them
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,7 @@ class Basin:
     captured
         (n,): which come to the orbit.
     ends
-        (n,): how each run ended: "captured", "stayed" (inside, but not nearer), "attracted", "fell", "wall-limited",
-        "out of step" (no attitude to start with), "left" (the averaged model's grid), "broke down" (its numbers).
+        (n,): how each run ended, the words of :class:`helimag.outcomes.BasinEnd`.
     volume
         m^3 of the cells whose starts are captured.
     duration
@@ -131,7 +131,7 @@ def basin(
         ends, engine = _by_runs(orbit, places, time, progress), "full"
     else:
         ends, engine = _by_flow(orbit, places, time, flow, progress), "averaged"
-    captured = ends == "captured"
+    captured = np.asarray(ends == BasinEnd.CAPTURED)
     volume = float(np.prod(corners[1] - corners[0])) * float(captured.mean())
     return Basin(orbit, shape, places, captured, ends, volume, time, engine)
 
@@ -155,7 +155,7 @@ class Agreement:
     @property
     def counts(self) -> dict[str, int]:
         """Starts that both models say come to the orbit, only one of them says so, or neither."""
-        averaged, full = self.averaged == "captured", self.full == "captured"
+        averaged, full = self.averaged == BasinEnd.CAPTURED, self.full == BasinEnd.CAPTURED
         masks = {
             "both": averaged & full,
             "only_averaged": averaged & ~full,
@@ -223,7 +223,7 @@ def _by_runs(
     orbit: Orbit, places: Floats, duration: float, progress: Callable[[float], None] | None
 ) -> NDArray[np.str_]:
     problem = Problem([orbit.scenario])
-    ends = np.full(len(places), "out of step", dtype="<U12")
+    ends = np.full(len(places), BasinEnd.OUT_OF_STEP, dtype=WORDS)
     clear = np.flatnonzero(np.linalg.norm(places - problem.arm[0], axis=1) > 1.05 * problem.contact[0])
     guesses = attitudes(problem, 0, places[clear], sense_of(problem, orbit.state))
     states, found = settle(problem, np.zeros(clear.size, dtype=np.int64), guesses)
@@ -233,17 +233,7 @@ def _by_runs(
     water = open_water(orbit.scenario)
     runs = strobed(water, duration, samples=SAMPLES, states=states[found], progress=progress)
     for node, run in zip(good, runs, strict=True):
-        match run.status:
-            case Status.HORIZON:
-                ends[node] = "captured" if comes_to(orbit, run.states[:, :3]) else "stayed"
-            case Status.CONTACT:
-                ends[node] = "attracted"
-            case Status.FALL:
-                ends[node] = "fell"
-            case Status.NOT_FINITE:
-                ends[node] = "broke down"
-            case _:
-                ends[node] = "wall-limited"
+        ends[node] = run.status.basin or _inside(orbit, run.states[:, :3])
     return ends
 
 
@@ -251,13 +241,17 @@ def _by_flow(
     orbit: Orbit, places: Floats, duration: float, flow: SlowFlow, progress: Callable[[float], None] | None
 ) -> NDArray[np.str_]:
     """The averaged model from all starts at once."""
-    ends = np.full(len(places), "out of step", dtype="<U12")
+    ends = np.full(len(places), BasinEnd.OUT_OF_STEP, dtype=WORDS)
     good = np.flatnonzero(np.isfinite(flow.at(places)).all(axis=1))
     paths = averaged_paths(flow, places[good], np.linspace(0.0, duration, SAMPLES + 1), progress=progress)
     for node, path in zip(good, paths, strict=True):
-        stays = "captured" if comes_to(orbit, path) else "stayed"
-        ends[node] = stays if np.isfinite(path).all() else "left"
+        ends[node] = _inside(orbit, path) if np.isfinite(path).all() else BasinEnd.LEFT
     return ends
+
+
+def _inside(orbit: Orbit, path: Floats) -> BasinEnd:
+    """What becomes of a device that is still there at the end of its path (n, 3)."""
+    return BasinEnd.CAPTURED if comes_to(orbit, path) else BasinEnd.STAYED
 
 
 def comes_to(orbit: Orbit, path: Floats) -> bool:

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from helimag.engine.loop import Status
 from helimag.errors import InputError
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.floquet import fast_multipliers, multipliers_of, rates_of
 from helimag.orbits.strobe.newton import Solved, solve
-from helimag.orbits.strobe.orbit import Orbit, OrbitStatus
+from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats, Ints, Problem
 from helimag.orbits.strobe.starts import default_box, long_axes, on_grid, open_water, strobed
+from helimag.outcomes import End, OrbitStatus
 from helimag.scenario import Scenario
 
 SAME = 1e-5  # of the distance and in radians: two searches that end this near found one orbit
@@ -256,17 +256,11 @@ def _best(orbits: list[Orbit], end: Floats) -> Orbit | None:
     return min(found, key=lambda orbit: orbit.growth, default=None)
 
 
-def _why_not(orbits: list[Orbit], end: Status) -> OrbitStatus:
+def _why_not(orbits: list[Orbit], end: End) -> OrbitStatus:
     """The most telling reason among searches that all failed: how the run ended, else what most searches met."""
-    ends = {
-        Status.CONTACT: OrbitStatus.ATTRACTED,
-        Status.FALL: OrbitStatus.LEFT_BOX,
-        Status.NOT_FINITE: OrbitStatus.BROKE_DOWN,
-    }
-    walls = {Status.FLOOR, Status.SURFACE, Status.WALL}
-    if any(orbit.status is OrbitStatus.WALL_LIMITED for orbit in orbits) or end in walls:
+    if any(orbit.status is OrbitStatus.WALL_LIMITED for orbit in orbits):
         return OrbitStatus.WALL_LIMITED
-    if end in ends:
-        return ends[end]
+    if end.search is not None:
+        return end.search
     lost = sum(orbit.status is OrbitStatus.LOST_STEP for orbit in orbits)
     return OrbitStatus.LOST_STEP if 2 * lost > len(orbits) else OrbitStatus.NO_ORBIT

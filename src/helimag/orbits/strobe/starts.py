@@ -7,11 +7,11 @@ from itertools import product
 
 import numpy as np
 
-from helimag.engine.loop import Status
 from helimag.engine.simulation import TOLERANCE, advance
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.newton import solve
 from helimag.orbits.strobe.problem import Floats, Ints, Problem
+from helimag.outcomes import End
 from helimag.physics import evaluate
 from helimag.physics.magnetics import dipole_field
 from helimag.scenario import Scenario, Workspace
@@ -25,7 +25,7 @@ class Strobed:
 
     times: Floats
     states: Floats
-    status: Status
+    status: End
     end: float
 
 
