@@ -148,7 +148,7 @@ def test_each_difference_is_run_on_and_named(store: Path) -> None:
 )
 def test_reasons(verdict: Verdict, stable: bool, stays: bool, beside: bool, why: Why) -> None:
     assert _why(verdict, stable, stays, beside) is why
-    assert why.meaning
+    assert why.sentence
 
 
 def test_nodes_beside_the_boundary_are_those_with_a_neighbour_of_the_other_kind() -> None:

@@ -132,8 +132,40 @@ def test_reasons_say_what_the_judgement_says(tmp_path):
     )
     for flag, run in zip(dataset["reason"].values.ravel(), runs, strict=True):
         assert phrases[Reason(flag)] in run.judgement.reason
+        assert run.judgement.cause is Reason(flag)
         seen.add(Reason(flag))
     assert seen >= {Reason.SETTLED, Reason.STILL_RISES, Reason.PULLED_INTO_MAGNET, Reason.FELL_BEHIND}
+
+
+def test_too_few_samples_are_stored_as_such(tmp_path):
+    """600 s with a sample a minute: the sentence said so, but the store said that it swings ever more."""
+    text = 'trajectory = "60 s"\n' + PLAN.replace('"60 s"', '"600 s"').partition("[[axis]]")[0]
+    text += '[[axis]]\nfield = "drive.pitch"\nvalues = ["12 deg", "12.7 deg"]\n'
+    dataset = helimag.sweep(parse_plan(text), out=tmp_path / "s.zarr")
+    assert dataset.sizes["time"] == 11
+    assert dataset["end_time"].values.tolist() == [600.0, 600.0]
+    words = dataset["reason"].attrs["flag_meanings"].split()
+    assert [words[flag] for flag in dataset["reason"].values] == ["too-few-samples"] * 2
+    assert np.all(dataset["verdict"] == Verdict.DRIFTING)
+
+
+def test_stores_of_before_mean_what_they_meant(done, tmp_path):
+    """Words and numbers as 0.1.0 wrote them at first: without the reasons that came later."""
+    old = copy(done, tmp_path / "old.zarr")
+    words = (
+        "not-computed settled still-rises still-sinks swings-ever-more pulled-into-magnet fell-behind reached-floor "
+        "reached-surface reached-wall numbers-broke-down scenario-refused"
+    )
+    form = json.loads((old / "reason" / "zarr.json").read_text(encoding="utf-8"))
+    form["attributes"] |= {"flag_values": list(range(12)), "flag_meanings": words}
+    written(old / "reason" / "zarr.json", json.dumps(form))
+    dataset = load_sweep(old)
+    assert dataset["reason"].attrs["flag_meanings"] == words
+    flags = dataset["reason"].values.ravel()
+    assert len(set(flags)) > 2
+    export(dataset, tmp_path / "old.csv")
+    with (tmp_path / "old.csv").open(encoding="utf-8") as file:
+        assert [row["reason"] for row in csv.DictReader(file)] == [words.split()[flag] for flag in flags]
 
 
 def test_trajectories_on_request_hold_the_states_of_the_single_run(tmp_path):

@@ -14,26 +14,31 @@ from numpy.typing import NDArray
 from helimag.engine.packing import arm_position
 from helimag.orbits import Basin, FixedPoint, Orbit, SlowFlow
 from helimag.outcomes import BasinEnd
-from helimag.plots._style import BLUE, FULL_WIDTH, GREEN, MM, ORANGE, PALE, PURPLE, SKY, VERMILLION, styled
+from helimag.plots._style import (
+    BLUE,
+    DARK,
+    FULL_WIDTH,
+    GREEN,
+    GREY,
+    MM,
+    ORANGE,
+    PALE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    WHITE,
+    YELLOW,
+    styled,
+)
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
 PLANES = ((0, 1), (0, 2), (1, 2))
 ACROSS = 61  # places along a side at which the flow is looked up for the figure
-DARK = "#404040"
-YELLOW = "#F0E442"  # Okabe and Ito, as the other colours
-ENDS = {  # in the order of the legend
-    BasinEnd.CAPTURED: GREEN,
-    BasinEnd.STAYED: SKY,
-    BasinEnd.ATTRACTED: VERMILLION,
-    BasinEnd.FELL: BLUE,
-    BasinEnd.WALL_LIMITED: PURPLE,
-    BasinEnd.OUT_OF_STEP: PALE,
-    BasinEnd.LEFT: YELLOW,
-    BasinEnd.BROKE_DOWN: DARK,
-    BasinEnd.NOT_RUN: "#FFFFFF",
-}
+# of the ends, by their numbers and in the order of the legend; the last ones wait for ends to come
+PALETTE = (GREEN, SKY, VERMILLION, BLUE, PURPLE, PALE, YELLOW, DARK, WHITE, ORANGE, GREY)
+ENDS = dict(zip(BasinEnd, PALETTE, strict=False))
 ON: dict[str, Any] = {
     "marker": "o",
     "color": VERMILLION,

@@ -19,7 +19,22 @@ from helimag.errors import InputError, MissingExtra
 from helimag.files import replacing
 from helimag.outcomes import Reason, Verdict
 from helimag.plots._curves import belongs, draw_curves
-from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, PURPLE, SKY, TIME_COLOURS, VERMILLION, styled
+from helimag.plots._style import (
+    BLUE,
+    DARK,
+    FULL_WIDTH,
+    GREEN,
+    GREY,
+    MM,
+    ORANGE,
+    PURPLE,
+    SKY,
+    TIME_COLOURS,
+    VERMILLION,
+    WHITE,
+    YELLOW,
+    styled,
+)
 from helimag.sweeps import axis_names, boundary_line, parse_plan
 
 if TYPE_CHECKING:
@@ -29,15 +44,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-COLOURS = {
-    Verdict.NOT_COMPUTED: "#FFFFFF",
-    Verdict.BOUNDED: BLUE,
-    Verdict.DRIFTING: SKY,
-    Verdict.ATTRACTED: VERMILLION,
-    Verdict.FELL: ORANGE,
-    Verdict.WALL_LIMITED: PURPLE,
-    Verdict.FAILED: GREY,
-}
+# of the verdicts, by their numbers; the last ones wait for verdicts to come
+PALETTE = (WHITE, BLUE, SKY, VERMILLION, ORANGE, PURPLE, GREY, GREEN, YELLOW, DARK)
+COLOURS = dict(zip(Verdict, PALETTE, strict=False))
 NAMES = {"yaw_rate": "yaw rate"}
 GAIN = "gain $\\gamma$"
 EDGE, UNIT = 0.9, 0.6  # widths of a map's contours: around what is bounded, and at a gain of one

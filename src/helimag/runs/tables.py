@@ -152,8 +152,9 @@ def _places(
             raise InputError(f"line {line}: the unit of column '{head}' {error}") from None
     lost = [name for name in needed if name not in found]
     if lost:
+        wanted = ", ".join(f"{name} [{kinds[name].shown}]" for name in needed)
         raise InputError(
-            f"line {line}: a table needs the columns {', '.join(needed)}; it lacks {', '.join(lost)}; {_listed(heads)}"
+            f"line {line}: a table needs columns such as {wanted}; it lacks {', '.join(lost)}; {_listed(heads)}"
         )
     return found
 
