@@ -13,7 +13,7 @@ import xarray
 import helimag as hm
 from helimag.cli import main
 from helimag.cli.orbit_against import _inputs
-from helimag.engine.loop import Status
+from helimag.engine import Status
 from helimag.orbits import Comparison, Why, compare_with_orbits, comparison_dataset, stable_segments, survey
 from helimag.orbits.beside_runs.against import _why, away_from_boundary
 from helimag.orbits.curves.spreading import Spread

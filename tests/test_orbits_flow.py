@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import helimag as hm
-from helimag.engine.loop import Status
+from helimag.engine import Status
 from helimag.orbits import (
     attraction,
     averaged_rates,

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from helimag.engine.packing import arm_position
+from helimag.engine import arm_position
 from helimag.orbits import Basin, FixedPoint, Orbit, SlowFlow
 from helimag.plots._style import BLUE, FULL_WIDTH, GREEN, MM, ORANGE, PALE, PURPLE, SKY, VERMILLION, styled
 from helimag.scenario import Scenario

@@ -6,7 +6,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.simulation import History, advance
+from helimag.engine import History, advance
 from helimag.errors import InputError
 from helimag.runs.gain import End, Judgement, Verdict
 from helimag.scenario import Scenario

@@ -12,8 +12,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.loop import Status
-from helimag.engine.simulation import History, advance
+from helimag.engine import History, Status, advance
 from helimag.errors import InputError
 from helimag.orbits.beside_runs.closed_curve import swinging
 from helimag.orbits.beside_runs.outlook import INSIDE

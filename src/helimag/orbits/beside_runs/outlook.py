@@ -6,7 +6,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from helimag.engine.loop import Status
+from helimag.engine import Status
 from helimag.errors import InputError
 from helimag.orbits.beside_runs.closed_curve import swinging
 from helimag.orbits.slow_flow.attraction import comes_to

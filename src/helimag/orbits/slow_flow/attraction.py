@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.loop import Status
+from helimag.engine import Status
 from helimag.errors import InputError
 from helimag.orbits.slow_flow.averaging import SlowFlow, averaged_paths
 from helimag.orbits.strobe.orbit import Orbit
