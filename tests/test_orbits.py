@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import helimag as hm
-from helimag.engine.simulation import advance
+from helimag.engine import advance
 from helimag.orbits import OrbitStatus, find_orbits, list_orbits, observed_growth
 from helimag.orbits.beside_runs.growth import leading_direction
 from helimag.orbits.strobe import chart

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from helimag.engine.simulation import simulate, simulate_many
+from helimag.engine import simulate, simulate_many
 from helimag.errors import FileError, InputError
 from helimag.robot import load_cell, plan, play, write_krl
 from helimag.robot.arm.path import drive_poses

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from helimag.engine.simulation import simulate, simulate_many
+    from helimag.engine import simulate, simulate_many
     from helimag.errors import FileError, HelimagError, InputError, MissingExtra, RunError
     from helimag.hydrodynamics import resistance
     from helimag.orbits import Orbit, find_orbit
@@ -29,8 +29,8 @@ _HOMES = {
     "load_sweep": "sweeps",
     "preset_names": "scenario",
     "resistance": "hydrodynamics",
-    "simulate": "engine.simulation",
-    "simulate_many": "engine.simulation",
+    "simulate": "engine",
+    "simulate_many": "engine",
     "sweep": "sweeps",
 }
 

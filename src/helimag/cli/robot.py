@@ -259,7 +259,7 @@ def _as_programmed(plan: "Plan") -> "Scenario":
 
 
 def _simulated(scenario: "Scenario") -> "Trajectory":
-    from helimag.engine.simulation import simulate
+    from helimag.engine import simulate
 
     with progress_bar(f"simulating {scenario.name}") as progress:
         return simulate(scenario, progress=progress)

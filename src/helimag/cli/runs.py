@@ -77,7 +77,7 @@ def simulate(
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
     """
-    from helimag.engine.simulation import simulate as run
+    from helimag.engine import simulate as run
 
     if output is not None:
         check_target(output)

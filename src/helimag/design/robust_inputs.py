@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from helimag.engine.simulation import advance
+from helimag.engine import advance
 from helimag.errors import InputError, RunError
 from helimag.orbits.curves.intervals import Interval, stable_interval
 from helimag.orbits.strobe import chart

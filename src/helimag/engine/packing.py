@@ -3,24 +3,20 @@
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from helimag.engine import loop
-from helimag.engine.step import Clock
+from helimag.engine.structures import structs
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
-from helimag.physics.kinematics import Drive, Knot, SampledDrive, rpm_pose, sampled_rpm_pose
+from helimag.physics.kinematics import Drive, Knot, SampledDrive
 from helimag.scenario import Device, Fluid, Path, Scenario
 from helimag.scenario import Magnet as MagnetModel
 
 Floats = NDArray[np.float64]
-
-FALL_LIMIT = 2.0  # of the initial gap: a device this far below its start is not followed further
 
 
 def initial_gap(scenario: Scenario) -> float:
@@ -40,15 +36,6 @@ def arm_position(scenario: Scenario) -> Floats:
     return np.array([cos * position[0] - sin * position[2], position[1], sin * position[0] + cos * position[2]])
 
 
-def structs(kind: type, rows: list[dict[str, object]]) -> NDArray[np.void]:
-    """Pack rows of field values into an array of a Warp structure."""
-    packed: Any = np.zeros(len(rows), dtype=kind.numpy_dtype())  # type: ignore[attr-defined]
-    for i, row in enumerate(rows):
-        for name, value in row.items():
-            packed[name][i] = value
-    return np.asarray(packed)
-
-
 def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     """Devices as the kernels take them."""
     return structs(Body, [_body(scenario.device, scenario.fluid) for scenario in scenarios])
@@ -63,11 +50,6 @@ def _body(device: Device, fluid: Fluid) -> dict[str, object]:
         "weight_moment": moment,
         "mobility": mobility(resistance(device, fluid)),
     }
-
-
-def pose_model(scenario: Scenario) -> wp.Function:
-    """Which formula gives the RPM's pose in this scenario."""
-    return rpm_pose if scenario.drive.path is None else sampled_rpm_pose
 
 
 def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
@@ -133,47 +115,6 @@ def multipoles(magnet: MagnetModel) -> Floats:
     moments[::2] = 0.0
     moments.flags.writeable = False
     return np.asarray(moments)
-
-
-def pack_clocks(scenarios: Sequence[Scenario], tolerance: float) -> NDArray[np.void]:
-    return structs(
-        Clock,
-        [
-            {
-                "interval": scenario.run.sample_interval,
-                "duration": scenario.run.duration,
-                "longest": _longest_step(scenario),
-                "tolerance": tolerance,
-                "length": scenario.device.helix.length,
-            }
-            for scenario in scenarios
-        ],
-    )
-
-
-def _longest_step(scenario: Scenario) -> float:
-    """An eighth of a turn, and no step that leaps over a sample of the path (s)."""
-    path = scenario.drive.path
-    eighth = 1.0 / (8.0 * abs(scenario.drive.frequency))
-    return eighth if path is None else min(eighth, 2.0 * path.duration / (len(path.position) - 1))
-
-
-def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
-    return structs(
-        loop.Bounds,
-        [
-            {
-                "contact": scenario.contact_distance,
-                "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
-                "low": scenario.workspace.box[0],
-                "high": scenario.workspace.box[1],
-                "tail": scenario.device.head.reach + scenario.device.helix.length,
-                "head_radius": scenario.device.head.radius,
-                "tail_radius": scenario.device.helix.outer_diameter / 2.0,
-            }
-            for scenario in scenarios
-        ],
-    )
 
 
 def start_state(scenario: Scenario) -> Floats:

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from helimag.engine.packing import arm_position
+from helimag.engine import arm_position
 from helimag.orbits import Basin, FixedPoint, Orbit, SlowFlow
 from helimag.outcomes import BasinEnd
 from helimag.plots._style import (

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.simulation import History, advance, trajectory_of
+from helimag.engine import History, advance, trajectory_of
 from helimag.runs.gain import Judgement
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario
@@ -55,7 +55,7 @@ class Ensemble:
     @property
     def first_slip(self) -> float | None:
         """When the run first slips a turn against the field (s)."""
-        slipped = np.flatnonzero(self.nominal.records[:, 7] > 0.0)
+        slipped = np.flatnonzero(self.nominal.slips > 0.0)
         return float(self.nominal.time[slipped[0]]) if slipped.size else None
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from helimag.engine.simulation import History
+from helimag.engine import History
 from helimag.files import replacing
 from helimag.outcomes import Verdict
 from helimag.reproduce._ensemble import DISPLACEMENT, Ensemble

@@ -164,7 +164,7 @@ def study(
     InputError
         Where the jitter does not fit the run.
     """
-    from helimag.engine.simulation import advance
+    from helimag.engine import advance
 
     kinds = jitter.parts
     runs = [jittered(scenario, Jitter(), np.random.default_rng(seed))]

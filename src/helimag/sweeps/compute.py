@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.simulation import History, advance
+from helimag.engine import History, advance
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason
 from helimag.scenario import Scenario

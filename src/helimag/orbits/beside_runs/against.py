@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.simulation import History, advance
+from helimag.engine import History, advance
 from helimag.errors import InputError
 from helimag.orbits.beside_runs.closed_curve import swinging
 from helimag.orbits.curves.spreading import Node, Spread

@@ -167,11 +167,11 @@ def _orbit(problem: Problem, which: Ints, solved: Solved, i: int, multipliers: n
         multipliers=multipliers,
         rates=rates_of(multipliers, problem.period[which[i]]),
         jacobian=solved.jacobian[i],
-        mean_position=measures[:3],
-        height_range=(float(measures[3]), float(measures[4])),
-        attack_angle=float(measures[5]),
-        wobble=float(np.sqrt(max(measures[6] - measures[5] ** 2, 0.0))),
-        lag_cosine=float(measures[7]),
+        mean_position=measures["position"],
+        height_range=(float(measures["low"]), float(measures["high"])),
+        attack_angle=float(measures["attack"]),
+        wobble=float(np.sqrt(max(measures["square"] - measures["attack"] ** 2, 0.0))),
+        lag_cosine=float(measures["cosine"]),
         iterations=int(solved.iterations[i]),
     )
 
@@ -195,7 +195,7 @@ def _refined(problem: Problem, orbit: Orbit) -> Orbit:
 def classify(problem: Problem, which: Ints, solved: Solved) -> list[OrbitStatus]:
     """How each search ended."""
     gap = np.linalg.norm(solved.states[:, :3] - problem.arm[which], axis=1)
-    below = solved.measures[:, 3] < problem.lowest[which]
+    below = solved.measures["low"] < problem.lowest[which]
     far = gap > 4.0 * problem.length[which]
     result = []
     for i, number in enumerate(which):
@@ -209,11 +209,11 @@ def classify(problem: Problem, which: Ints, solved: Solved) -> list[OrbitStatus]
             inside = _inside(problem.scenarios[number], solved.states[i], solved.measures[i])
             result.append(OrbitStatus.FOUND if inside else OrbitStatus.WALL_LIMITED)
         else:
-            result.append(OrbitStatus.LOST_STEP if solved.measures[i, 7] < 0.0 else OrbitStatus.NO_ORBIT)
+            result.append(OrbitStatus.LOST_STEP if solved.measures["cosine"][i] < 0.0 else OrbitStatus.NO_ORBIT)
     return result
 
 
-def _inside(scenario: Scenario, state: Floats, measures: Floats) -> bool:
+def _inside(scenario: Scenario, state: Floats, measures: np.void) -> bool:
     """Whether an orbit keeps clear of floor, surface and walls; a drive that moves on to one ends there anyway.
 
     Heights of the tail are by the mean attack angle, places sideways by the state at the start of the period. A device
@@ -228,9 +228,9 @@ def _inside(scenario: Scenario, state: Floats, measures: Floats) -> bool:
         least, most = -reach, reach
     else:
         least, most = np.min(ends - radii[:, None], axis=0), np.max(ends + radii[:, None], axis=0)
-    heights = np.array([0.0, -length * np.sin(measures[5])])
-    least = np.append(least, np.min(measures[3] + heights - radii))
-    most = np.append(most, np.max(measures[4] + heights + radii))
+    heights = np.array([0.0, -length * np.sin(measures["attack"])])
+    least = np.append(least, np.min(measures["low"] + heights - radii))
+    most = np.append(most, np.max(measures["high"] + heights + radii))
     return bool(np.all(low < least) and np.all(most < high))
 
 

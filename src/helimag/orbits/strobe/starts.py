@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from helimag.engine.simulation import TOLERANCE, advance
+from helimag.engine import TOLERANCE, advance
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.newton import solve
 from helimag.orbits.strobe.problem import Floats, Ints, Problem
@@ -154,7 +154,7 @@ def settle(problem: Problem, which: Ints, states: Floats) -> tuple[Floats, np.nd
     """States with their places kept and the attitude that repeats itself there; and where that was found."""
     begun, _ = problem.map(which, states, periods=SETTLING, held=True)
     solved = solve(problem, which, begun, held=True)
-    return solved.states, solved.converged & (solved.measures[:, 7] > 0.0)
+    return solved.states, solved.converged & (solved.measures["cosine"] > 0.0)
 
 
 def _quaternions(long_axis: Floats, side: Floats) -> Floats:
