@@ -93,14 +93,20 @@ class _Task:
     """A few runs of a batch: advances them launch by launch on one thread, and can be told to stop in between."""
 
     def __init__(
-        self, scenarios: Sequence[Scenario], states: Floats, tolerance: float, device: str, stop: threading.Event
+        self,
+        scenarios: Sequence[Scenario],
+        bodies: NDArray[np.void],
+        states: Floats,
+        tolerance: float,
+        device: str,
+        stop: threading.Event,
     ) -> None:
         self.scenarios = scenarios
         self.device = device
         self.stop = stop
         self.kernel = loop.build_advance(MAGNET_MODELS[scenarios[0].magnet[0].field], pose_model(scenarios[0]))
         inputs = (
-            (pack_bodies(scenarios), Body),
+            (bodies, Body),
             (pack_magnets(scenarios), magnetics.Magnet),
             (pack_clocks(scenarios, tolerance), Clock),
             (pack_bounds(scenarios), loop.Bounds),
@@ -208,6 +214,7 @@ def advance(
     if not tolerance > 0.0:
         raise InputError(f"tolerance must be greater than zero; got {tolerance}")
     states = _checked_states(scenarios, initial_states)
+    bodies = pack_bodies(scenarios)  # before any kernel is built: a device may be refused
     ready(loop.build_advance(MAGNET_MODELS[scenarios[0].magnet[0].field], pose_model(scenarios[0])), device)
     stop = threading.Event()
     size = RUNS_PER_TASK if device == "cpu" else len(scenarios)
@@ -215,7 +222,7 @@ def advance(
     tasks: list[_Task] = []
 
     def work(part: slice) -> list[History]:
-        task = _Task(scenarios[part], states[part], tolerance, device, stop)
+        task = _Task(scenarios[part], bodies[part], states[part], tolerance, device, stop)
         tasks.append(task)
         return task.advance()
 
