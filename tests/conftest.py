@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Iterator
 
-import command_line
 import pytest
+
+import command_line
 
 
 @pytest.fixture(autouse=True, scope="session")

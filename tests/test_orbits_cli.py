@@ -2,9 +2,9 @@
 
 import json
 
-import command_line
 import pytest
 
+import command_line
 from helimag.design import robust_inputs
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell

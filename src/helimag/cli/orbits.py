@@ -92,9 +92,7 @@ def orbit(
     _print_branches(result, vary, branches, output, json)
 
 
-def _limits(
-    scenario: "Scenario", vary: str | None, start: str | None, stop: str | None
-) -> tuple[float, float] | None:
+def _limits(scenario: "Scenario", vary: str | None, start: str | None, stop: str | None) -> tuple[float, float] | None:
     """The range of the input that ``--vary`` names (SI); None without ``--vary``."""
     from helimag.scenario import Input
 
