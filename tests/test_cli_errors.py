@@ -4,33 +4,12 @@ import json
 import os
 import subprocess
 import sys
-from functools import partial
 
 import pytest
 
 import helimag as hm
-from helimag import cli
 
 TEXT = hm.load("paper/fig3c").to_toml()
-
-
-@pytest.fixture
-def helimag(monkeypatch, capsys):
-    """Run the command in this process: (status, stdout, stderr)."""
-
-    app = cli.app
-
-    def run(*words):
-        monkeypatch.setattr(cli, "app", partial(app, [str(word) for word in words]))
-        status = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            status = stop.code or 0
-        said = capsys.readouterr()
-        return status, said.out, said.err
-
-    return run
 
 
 def refused(result, *parts):

@@ -1,6 +1,7 @@
 """What the commands share: options, scenario with changes, progress, JSON."""
 
 import json
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -80,6 +81,10 @@ def check_target(path: Path) -> None:
         raise FileError(f"{path} is a directory; name a file in it")
     if not path.parent.is_dir():
         raise FileError(f"{path} cannot be written: there is no folder '{path.parent}'")
+    try:
+        tempfile.TemporaryFile(dir=path.parent).close()
+    except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror}") from None
 
 
 def check_outputs(paths: list[Path] | None) -> None:

@@ -72,12 +72,7 @@ def orbit(
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
-    if vary is None and (start is not None or stop is not None):
-        raise InputError("--from and --to need --vary with the input that they limit, such as --vary drive.pitch")
-    if vary is not None and (start is None or stop is None):
-        raise InputError(
-            "--vary needs --from and --to with the range of the input, such as --from '8 deg' --to '18 deg'"
-        )
+    limits = _limits(chosen, vary, start, stop)
     if every:
         with progress_bar(f"searching orbits of {chosen.name}") as progress:
             found = orbits.list_orbits(chosen, progress=progress)
@@ -87,18 +82,34 @@ def orbit(
         return
     with progress_bar(f"searching the orbit of {chosen.name}") as progress:
         result = orbits.find_orbit(chosen, progress=progress)
-    if vary is None or start is None or stop is None:
+    if vary is None or limits is None:
         _print_one(result, json)
         return
-    from helimag.scenario import Input
-
-    given = Input(vary)
-    low, high = given.read(chosen, start), given.read(chosen, stop)
     with progress_bar(f"following orbits through {vary}") as progress:
-        branches = _branches(result, vary, low, high, progress)
+        branches = _branches(result, vary, *limits, progress)
     if branches:
         write_outputs(output, lambda plots: plots.draw_branches(branches), lambda: orbits.branches_dataset(branches))
     _print_branches(result, vary, branches, output, json)
+
+
+def _limits(scenario: "Scenario", vary: str | None, start: str | None, stop: str | None) -> tuple[float, float] | None:
+    """The range of the input that ``--vary`` names (SI); None without ``--vary``."""
+    from helimag.scenario import Input
+
+    if vary is None:
+        if start is not None or stop is not None:
+            raise InputError("--from and --to need --vary with the input that they limit, such as --vary drive.pitch")
+        return None
+    if start is None or stop is None:
+        raise InputError(
+            "--vary needs --from and --to with the range of the input, such as --from '8 deg' --to '18 deg'"
+        )
+    given = Input(vary)
+    low, high = given.read(scenario, start), given.read(scenario, stop)
+    if not low < high:
+        show = (given.show(scenario, value) for value in (low, high))
+        raise InputError("--from must be below --to; got {} and {}".format(*show))
+    return low, high
 
 
 def _branches(
@@ -108,12 +119,8 @@ def _branches(
     from helimag import orbits
     from helimag.scenario import Input
 
-    given = Input(path)
-    if not low < high:
-        show = (given.show(orbit.scenario, value) for value in (low, high))
-        raise InputError("--from must be below --to; got {} and {}".format(*show))
     own = []
-    if orbit.found and low <= given.value(orbit.scenario) <= high:
+    if orbit.found and low <= Input(path).value(orbit.scenario) <= high:
         own = [orbits.follow(orbit, path, low, high, progress=lambda done: progress(0.3 * done))]
     stable = orbits.survey(orbit.scenario, path, low, high, known=own, progress=lambda done: progress(0.3 + 0.7 * done))
     return own + [branch for branch in stable if branch not in own]

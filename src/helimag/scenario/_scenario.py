@@ -73,6 +73,16 @@ class Scenario(Part):
         ------
         InputError
             Where a path does not exist or a value does not fit.
+
+        Examples
+        --------
+        >>> import helimag as hm
+        >>> slower = hm.load("paper/fig3c").replaced({"drive.pitch": "15 deg", "drive.frequency": 2.5})
+        >>> round(slower.drive.pitch, 4)  # rad
+        0.2618
+        >>> hm.load("paper/fig3c").replaced({"drive.pitch": "15"})
+        Traceback (most recent call last):
+        helimag.errors.InputError: drive.pitch must be an angle such as '12.7 deg'; got '15', which has no unit
         """
         data = self.model_dump(mode="python")
         marks = data["provenance"].items()

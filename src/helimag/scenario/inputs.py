@@ -14,7 +14,17 @@ SPEED = "drive.speed"  # not a field: the length of drive.velocity, whose direct
 
 @dataclass(frozen=True)
 class Input:
-    """A scalar input such as ``drive.pitch``, or ``drive.speed`` for the length of ``drive.velocity``."""
+    """A scalar input such as ``drive.pitch``, or ``drive.speed`` for the length of ``drive.velocity``.
+
+    Examples
+    --------
+    >>> import helimag as hm
+    >>> scenario, pitch = hm.load("paper/fig3c"), Input("drive.pitch")
+    >>> pitch.show(scenario, pitch.value(scenario))
+    '12.7 deg'
+    >>> pitch.changed(scenario, 0.25).drive.pitch
+    0.25
+    """
 
     path: str
 

@@ -78,15 +78,6 @@ def tool_rotation(axis: Floats) -> Floats:
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def rotation_angle(first: Floats, second: Floats) -> Floats:
-    """Angles (...,) in radians between rotations (..., 3, 3), accurate down to zero."""
-    difference = np.swapaxes(first, -1, -2) @ second
-    skew = difference - np.swapaxes(difference, -1, -2)
-    sine = 0.5 * np.sqrt(skew[..., 2, 1] ** 2 + skew[..., 0, 2] ** 2 + skew[..., 1, 0] ** 2)
-    cosine = 0.5 * (np.trace(difference, axis1=-2, axis2=-1) - 1.0)
-    return np.asarray(np.arctan2(sine, cosine))
-
-
 def turn_vector(vector: Floats) -> Floats:
     """Rotations (..., 3, 3) about vectors (..., 3) by their lengths in radians (Rodrigues' formula)."""
     angle = np.linalg.norm(vector, axis=-1)[..., None, None]
