@@ -113,7 +113,7 @@ def _branches(
         show = (given.show(orbit.scenario, value) for value in (low, high))
         raise InputError("--from must be below --to; got {} and {}".format(*show))
     own = []
-    if orbit.found and low <= given.value(orbit.scenario) <= high:
+    if orbit.found and given.within(orbit.scenario, low, high):
         own = [orbits.follow(orbit, path, low, high, progress=lambda done: progress(0.3 * done))]
     stable = orbits.survey(orbit.scenario, path, low, high, known=own, progress=lambda done: progress(0.3 + 0.7 * done))
     return own + [branch for branch in stable if branch not in own]
