@@ -24,7 +24,8 @@ RULES = {
     "hydrodynamics": {"errors", "scenario"},
     "engine": {"errors", "scenario", "physics", "hydrodynamics", "runs"},
     "orbits": {"errors", "files", "scenario", "physics", "runs", "engine"},
-    "design": {"errors", "scenario", "runs", "engine", "orbits"},
+    "ensembles": {"errors", "scenario", "runs", "engine"},
+    "design": {"errors", "scenario", "runs", "engine", "ensembles", "orbits"},
 }
 # everything else, from the ground up: a room imports only from lower ones
 STOREYS = [

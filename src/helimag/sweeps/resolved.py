@@ -174,12 +174,10 @@ def _spread(plan: Plan, base: Scenario) -> tuple[ResolvedAxis, ...]:
             raise InputError(f"axis '{axis.field}' must have a start below its stop; got {axis.start} and {axis.stop}")
         bounds[axis.field] = low, high
     parameters, unit = Parameters.within(base, bounds), _unit_points(plan)
-    columns = (
-        [()] * len(bounds) if unit is None else [tuple(column) for column in parameters.from_unit(unit).T.tolist()]
-    )
+    points = np.empty((0, len(bounds))) if unit is None else parameters.from_unit(unit)
     return tuple(
-        ResolvedAxis(given.path, given.label, "point", given.kind(base), column, bounds[given.path])
-        for given, column in zip(parameters.inputs, columns, strict=True)
+        ResolvedAxis(given.path, given.label, "point", given.kind(base), tuple(column), bounds[given.path])
+        for given, column in zip(parameters.inputs, points.T.tolist(), strict=True)
     )
 
 

@@ -47,10 +47,8 @@ class StabilityMap:
 
     def scenario_at(self, i: int, j: int) -> Scenario:
         """The scenario of one node."""
-        return varied(
-            self.scenario,
-            {path: float(values[k]) for path, values, k in zip(self.paths, self.values, (i, j), strict=True)},
-        )
+        values = float(self.values[0][i]), float(self.values[1][j])
+        return varied(self.scenario, dict(zip(self.paths, values, strict=True)))
 
 
 def stability_map(
