@@ -1,4 +1,4 @@
-"""Ensembles: copies drawn as stated, the same with the same seed, run as by hand, and counted with Wilson's interval."""
+"""Ensembles: copies drawn as stated, the same with the same seed, run as by hand, counted with Wilson's interval."""
 
 import numpy as np
 import pytest
@@ -73,7 +73,7 @@ def test_several_scenarios_draw_one_after_the_other():
 
 def test_what_does_not_fit_is_named():
     for wrong, words in (
-        (lambda: Perturbation(), "priors of inputs, a displacement, or both"),
+        (Perturbation, "priors of inputs, a displacement, or both"),
         (lambda: Perturbation(displacement=-1.0), "zero or more"),
         (lambda: ensemble(SHORT, BOTH, runs=0), "at least one copy"),
         (lambda: ensemble(SHORT, Perturbation({"drive.start": Uniform(0.0, 1.0)})), "single number"),

@@ -1,4 +1,4 @@
-"""Scalar inputs: every one reads back what was written, and sweeps, orbits, maps and design mean and refuse the same."""
+"""Scalar inputs: each reads back what was written; sweeps, orbits, maps and design mean and refuse the same."""
 
 import math
 
@@ -34,7 +34,7 @@ def test_every_preset_has_all_kinds_of_inputs():
 
 
 @pytest.mark.parametrize(("name", "given_"), ALL, ids=lambda each: getattr(each, "path", each))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(factor=st.floats(0.2, 5.0), shift=st.floats(-1e-3, 1e-3))
 def test_what_is_written_is_read_back(name, given_, factor, shift):
     scenario = PRESETS[name]
