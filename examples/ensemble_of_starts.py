@@ -29,6 +29,7 @@ assert all(low <= share <= high for share, low, high in found.shares.values())
 # so small errors decide here: the copies do not all end alike
 assert len(found.verdicts) > 1, found.verdicts
 # the same seed draws the same copies
-assert hm.ensemble(base.replaced({"run.duration": "10 s"}), errors, runs=24, seed=1).rows[5]["drive.pitch"] == (
-    found.rows[5]["drive.pitch"]
+assert (
+    hm.ensemble(base.replaced({"run.duration": "10 s"}), errors, runs=24, seed=1).rows[5]["drive.pitch"]
+    == (found.rows[5]["drive.pitch"])
 )
