@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.scenario._device import Weight
+from helimag.scenario._fields import Quantity
 from helimag.scenario._leaves import Leaf, leaf, numbers
 from helimag.scenario._scenario import Scenario
 
@@ -203,23 +204,36 @@ class Input:
         return found
 
 
-def varied(scenario: Scenario, values: Mapping[str, float | str]) -> Scenario:
-    """The scenario with several inputs at SI values (or words, of a choice), all changed at once.
+def varied(scenario: Scenario, values: Mapping[str, object]) -> Scenario:
+    """The scenario with inputs changed, all at once: as :meth:`Scenario.replaced`, and derived inputs too.
+
+    Parameters
+    ----------
+    values
+        By path: SI values, text with a unit, words of a choice, or what a field as a whole may be.
 
     Raises
     ------
     InputError
         Where a value does not fit, or two inputs change the same field.
     """
+    check_apart(values)
     changes: dict[str, object] = {}
     for path, value in values.items():
         derived = DERIVED.get(path)
         if derived is None:
             changes[path] = value
         else:
-            changes[derived.sets] = derived.written(scenario, float(value))
-    check_apart(values)
+            changes[derived.sets] = derived.written(scenario, _si(path, value, derived.kind))
     return scenario.replaced(changes)
+
+
+def _si(path: str, value: object, kind: q.Kind) -> float:
+    """SI value of a derived input, by the rules of a field."""
+    try:
+        return Quantity(kind).checked(value)
+    except InputError as error:
+        raise InputError(f"{path} {error}") from None
 
 
 def check_apart(paths: Mapping[str, object]) -> None:
@@ -227,7 +241,7 @@ def check_apart(paths: Mapping[str, object]) -> None:
     for path in DERIVED.keys() & paths.keys():
         field = DERIVED[path].sets
         for other in paths:
-            if other == field or other.startswith(f"{field}."):
+            if f"{other}.".startswith(f"{field}.") or field.startswith(f"{other}."):
                 raise InputError(f"'{path}' and '{other}' change the same field; vary one of them")
 
 

@@ -125,7 +125,7 @@ def resolve(plan: Plan) -> ResolvedPlan:
     if plan.duration is not None:
         changes["run.duration"] = plan.duration
     base = load(plan.base) if isinstance(plan.base, str) else plan.base
-    base = base.replaced(changes) if changes else base
+    base = varied(base, changes) if changes else base
     _check_fields(plan, base)
     if plan.sample is not None or plan.boundary is not None:
         size = plan.sample.count if plan.sample else plan.boundary.budget if plan.boundary else 0
