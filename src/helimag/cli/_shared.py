@@ -139,7 +139,7 @@ def print_json(data: object) -> None:
 
 
 def scenario_from(name: str, changes: list[str] | None, extra: dict[str, object] | None = None) -> "Scenario":
-    from helimag.scenario import load
+    from helimag.scenario import load, varied
 
     fields: dict[str, object] = {}
     for change in changes or []:
@@ -149,7 +149,7 @@ def scenario_from(name: str, changes: list[str] | None, extra: dict[str, object]
         fields[path.strip()] = _value(value.strip())
     fields |= {path: value for path, value in (extra or {}).items() if value is not None}
     scenario = load(name)
-    return scenario.replaced(fields) if fields else scenario
+    return varied(scenario, fields) if fields else scenario
 
 
 def _value(text: str) -> object:

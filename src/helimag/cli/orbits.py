@@ -120,7 +120,7 @@ def _branches(
     from helimag.scenario import Input
 
     own = []
-    if orbit.found and low <= Input(path).value(orbit.scenario) <= high:
+    if orbit.found and Input(path).within(orbit.scenario, low, high):
         own = [orbits.follow(orbit, path, low, high, progress=lambda done: progress(0.3 * done))]
     stable = orbits.survey(orbit.scenario, path, low, high, known=own, progress=lambda done: progress(0.3 + 0.7 * done))
     return own + [branch for branch in stable if branch not in own]

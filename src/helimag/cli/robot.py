@@ -211,6 +211,9 @@ def jitter(
     seed
         Of the phases.
     """
+    from collections import Counter
+    from statistics import fmean, pstdev
+
     from helimag.robot.jitter import load_jitter, measured_jitter, study
     from helimag.robot.logs import read_log
 
@@ -222,17 +225,22 @@ def jitter(
     else:
         errors = load_jitter(spectrum)
     with progress_bar(f"simulating {chosen.name} with errors") as progress:
-        outcomes = study(chosen, errors, draws=draws, seed=seed, progress=progress)
+        ensembles = study(chosen, errors, draws=draws, seed=seed, progress=progress)
+    judged = {"none": [next(iter(ensembles.values())).judgement]}
+    judged |= {kind: ensemble.judgements for kind, ensemble in ensembles.items()}
     if json:
-        rows = [{"kind": o.kind, "gains": list(o.gains), "verdicts": list(o.verdicts)} for o in outcomes]
+        rows = [
+            {"kind": kind, "gains": [each.gain for each in runs], "verdicts": [str(each.verdict) for each in runs]}
+            for kind, runs in judged.items()
+        ]
         print_json({"source": errors.source, "outcomes": rows})
         return
     print(f"{chosen.name}, errors {errors.source}")
-    for outcome in outcomes:
-        counts = ", ".join(
-            f"{outcome.verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(outcome.verdicts)
-        )
-        print(f"  {outcome.kind:16s} gain {outcome.mean:.4f} +- {outcome.spread:.4f}   {counts}")
+    for kind, runs in judged.items():
+        gains = [each.gain for each in runs]
+        tally = Counter(each.verdict for each in runs)
+        counts = ", ".join(f"{count} {verdict}" for verdict, count in tally.items())
+        print(f"  {kind:16s} gain {fmean(gains):.4f} +- {pstdev(gains):.4f}   {counts}")
 
 
 def _cell(path: Path | None) -> Any:

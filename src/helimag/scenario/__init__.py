@@ -17,7 +17,9 @@ from helimag.scenario._files import load, parse, preset_names
 from helimag.scenario._path import Path
 from helimag.scenario._scenario import MARKS, Scenario
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Walls, Workspace
-from helimag.scenario.inputs import Input
+from helimag.scenario.inputs import Input, check_apart, scalar_inputs, varied
+from helimag.scenario.parameters import Parameters
+from helimag.scenario.priors import LogUniform, Normal, Prior, Uniform
 
 __all__ = [
     "MARKS",
@@ -28,16 +30,24 @@ __all__ = [
     "Helix",
     "Hydrodynamics",
     "Input",
+    "LogUniform",
     "Magnet",
+    "Normal",
+    "Parameters",
     "Path",
+    "Prior",
     "Run",
     "Scenario",
     "SphereHead",
     "SpheroidHead",
+    "Uniform",
     "Walls",
     "Weight",
     "Workspace",
+    "check_apart",
     "load",
     "parse",
     "preset_names",
+    "scalar_inputs",
+    "varied",
 ]

@@ -21,7 +21,7 @@ class Axis(_Part):
 
     A list (``values``), a range (``start``, ``stop``, ``step``), a grid (``start``, ``stop``, ``count``), or, where the
     plan samples, bounds only (``start``, ``stop``). Axes with the same ``zip`` name move together; all others are
-    crossed. ``drive.speed`` is the length of ``drive.velocity``, whose direction stays (x where it is zero).
+    crossed. Fields are the paths of :class:`helimag.scenario.Input`, or of a choice, whose words are given as a list.
     """
 
     field: str
