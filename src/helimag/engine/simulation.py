@@ -28,6 +28,7 @@ from helimag.engine.packing import (
 )
 from helimag.engine.step import Clock
 from helimag.errors import InputError, RunError
+from helimag.geometry import long_axes
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
 from helimag.physics.kinematics import State
@@ -365,7 +366,7 @@ def trajectory_of(history: History) -> Trajectory:
         )
     states = history.states
     seen = _observe(scenario, history.time, states)
-    long_axis = _long_axis(states)
+    long_axis = long_axes(states[:, 3:])
     heights = history.heights
     return Trajectory.from_arrays(
         history.time,
@@ -418,9 +419,3 @@ def _observe(scenario: Scenario, times: Floats, states: Floats) -> dict[str, Flo
         "field": field.numpy(),
         "phase_lag": lag.numpy(),
     }
-
-
-def _long_axis(states: Floats) -> Floats:
-    """Unit vector from helix to head, lab frame: the first column of the rotation matrix."""
-    w, x, y, z = states[:, 3:].T
-    return np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)], axis=1)

@@ -7,16 +7,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
-from helimag.errors import FileError, InputError
-from helimag.files import toml_tables
+from helimag.errors import InputError
+from helimag.files import text_of, toml_tables
 from helimag.robot.arm.path import magnet_path
 from helimag.robot.logs import Log
-from helimag.scenario import Scenario
-from helimag.scenario._device import Part
-from helimag.scenario._fields import Frequency, Length
-from helimag.scenario._scenario import messages
+from helimag.robot.models import model_of
+from helimag.runs.gain import Judgement
+from helimag.scenario import Frequency, Length, Part, Scenario
 
 Floats = NDArray[np.float64]
 Point = tuple[Length, Length, Length]
@@ -87,17 +85,7 @@ def load_jitter(path: str | Path) -> Jitter:
     InputError
         Where it is no jitter model.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file") from None
-    data = toml_tables(text, str(path))
-    try:
-        return Jitter.model_validate(data, context={"file": True})
-    except ValidationError as error:
-        raise InputError(f"{path}: {'; '.join(messages(error))}") from None
+    return model_of(Jitter, toml_tables(text_of(path), str(path)), str(path))
 
 
 def jittered(scenario: Scenario, jitter: Jitter, random: np.random.Generator) -> Scenario:
@@ -180,11 +168,9 @@ def study(
     ]
 
 
-def _outcome(kind: str, judged: Sequence[object]) -> Outcome:
+def _outcome(kind: str, judged: Sequence[Judgement]) -> Outcome:
     return Outcome(
-        kind,
-        tuple(float(judgement.gain) for judgement in judged),  # type: ignore[attr-defined]
-        tuple(str(judgement.verdict) for judgement in judged),  # type: ignore[attr-defined]
+        kind, tuple(judgement.gain for judgement in judged), tuple(str(judgement.verdict) for judgement in judged)
     )
 
 

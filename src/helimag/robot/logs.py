@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
-from helimag.errors import FileError, InputError
+from helimag.errors import InputError
+from helimag.files import text_of
+from helimag.geometry import turn
 from helimag.robot.arm.cell import Cell
-from helimag.robot.arm.frames import frames, inverse, rotation, turn
+from helimag.robot.arm.frames import frames, inverse, rotation
 from helimag.robot.arm.path import magnet_path, motor_angle
 from helimag.robot.krl.interpreter import Playback
 from helimag.robot.timed import Table
@@ -54,14 +56,7 @@ def read_log(path: str | Path, cell: Cell) -> Log:
     InputError
         Where a frame, a column or a unit is missing, a value is no number, or time does not rise.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise FileError(f"there is no file '{path}'") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file") from None
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
+    text = text_of(path)
     try:
         return _log(text, cell)
     except InputError as error:
