@@ -20,14 +20,15 @@ RULES = {
     "outcomes": {"errors"},
     "files": {"errors"},
     "quantities": {"errors"},
+    "geometry": set(),
     "scenario": {"errors", "files", "quantities"},
     "physics": {"errors"},
-    "runs": {"errors", "outcomes", "files", "quantities"},
-    "hydrodynamics": {"errors", "scenario"},
-    "engine": {"errors", "outcomes", "scenario", "physics", "hydrodynamics", "runs"},
-    "orbits": {"errors", "outcomes", "files", "scenario", "physics", "runs", "engine"},
-    "design": {"errors", "outcomes", "scenario", "runs", "engine", "ensembles", "orbits"},
+    "runs": {"errors", "outcomes", "files", "quantities", "geometry"},
+    "hydrodynamics": {"errors", "geometry", "scenario"},
+    "engine": {"errors", "outcomes", "geometry", "scenario", "physics", "hydrodynamics", "runs"},
     "ensembles": {"errors", "outcomes", "scenario", "runs", "engine"},
+    "orbits": {"errors", "outcomes", "files", "geometry", "scenario", "physics", "runs", "engine"},
+    "design": {"errors", "outcomes", "geometry", "scenario", "runs", "engine", "ensembles", "orbits"},
 }
 # everything else, from the ground up: a room imports only from lower ones
 STOREYS = [
@@ -105,6 +106,16 @@ def test_imports_point_downwards(room):
     if room in PICTURES or room == "__init__":
         return
     assert not GRAPH[room] & {"cli", "studio", "plots", "reproduce"}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_no_room_reaches_into_another(path):
+    """What a module or a name with a leading underscore holds is its own room's business."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module.startswith("helimag."):
+            steps = [*node.module.split(".")[1:], *(alias.name for alias in node.names)]
+            hidden = [step for step in steps if step.startswith("_") and not step.startswith("__")]
+            assert not hidden or steps[0] == own_room(path), f"line {node.lineno}: {hidden}"
 
 
 def test_import_graph_is_acyclic():

@@ -69,7 +69,7 @@ def test_programme_is_written_read_back_and_replayed(run, tmp_path):
         (("check", "paper/fig3c", "--cell", "{}/none.toml"), "neither"),
         (("read-back", "{}/none.src", "paper/fig3c"), "there is no file"),
         (("replay", "{}/none.csv", "paper/fig3c"), "there is no file"),
-        (("jitter", "paper/table1-row1", "{}/none.toml"), "cannot be read"),
+        (("jitter", "paper/table1-row1", "{}/none.toml"), "there is no file"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(run, tmp_path, arguments, words):

@@ -11,6 +11,7 @@ from helimag.engine.history import History
 from helimag.engine.observe import observed
 from helimag.engine.running import advance
 from helimag.errors import RunError
+from helimag.geometry import long_axes
 from helimag.outcomes import End, Reason
 from helimag.runs.trajectory import Trajectory, versions
 from helimag.scenario import Scenario
@@ -122,7 +123,7 @@ def trajectory_of(history: History) -> Trajectory:
         raise RunError(f"the run '{scenario.name}' {Reason.NUMBERS_BROKE_DOWN.text(time=history.time[-1])}")
     states = history.states
     seen = observed(scenario, history.time, states)
-    long_axis = _long_axis(states)
+    long_axis = long_axes(states[:, 3:])
     heights = history.heights
     return Trajectory.from_arrays(
         history.time,
@@ -155,9 +156,3 @@ def trajectory_of(history: History) -> Trajectory:
             "wall_time": history.wall_time,
         },
     )
-
-
-def _long_axis(states: Floats) -> Floats:
-    """Unit vector from helix to head, lab frame: the first column of the rotation matrix."""
-    w, x, y, z = states[:, 3:].T
-    return np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)], axis=1)

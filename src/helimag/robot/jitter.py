@@ -7,16 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
-from helimag.errors import FileError, InputError
-from helimag.files import toml_tables
+from helimag.errors import InputError
+from helimag.files import text_of, toml_tables
 from helimag.robot.arm.path import magnet_path
 from helimag.robot.logs import Log
-from helimag.scenario import Scenario
-from helimag.scenario._device import Part
-from helimag.scenario._fields import Frequency, Length
-from helimag.scenario._scenario import messages
+from helimag.robot.models import model_of
+from helimag.scenario import Frequency, Length, Part, Scenario
 
 if TYPE_CHECKING:
     from helimag.ensembles import Ensemble
@@ -72,17 +69,7 @@ def load_jitter(path: str | Path) -> Jitter:
     InputError
         Where it is no jitter model.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file") from None
-    data = toml_tables(text, str(path))
-    try:
-        return Jitter.model_validate(data, context={"file": True})
-    except ValidationError as error:
-        raise InputError(f"{path}: {'; '.join(messages(error))}") from None
+    return model_of(Jitter, toml_tables(text_of(path), str(path)), str(path))
 
 
 def jittered(scenario: Scenario, jitter: Jitter, random: np.random.Generator) -> Scenario:

@@ -8,8 +8,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from helimag.errors import FileError, InputError
 from helimag.files import toml_tables
 from helimag.outcomes import Verdict
-from helimag.scenario import Scenario, preset_names
-from helimag.scenario._fields import Time
+from helimag.scenario import Scenario, Time, preset_names
 
 
 class _Part(BaseModel):
