@@ -162,7 +162,9 @@ def test_components_magnets_and_what_is_not_given_work_alike():
 def test_a_component_takes_the_mark_of_its_vector_away():
     assert "drive.start" in SCENARIO.provenance
     assert "drive.start" not in SCENARIO.replaced({"drive.start.y": -0.044}).provenance
-    assert "magnet.moment" not in TWO_MAGNETS.replaced({"magnet.1.moment": 3.0}).provenance
+    marks = {"magnet.moment": "measured: here", "magnet.radius": "measured: here"}
+    marked = TWO_MAGNETS.replaced({"provenance": marks})
+    assert list(marked.replaced({"magnet.1.moment": 3.0}).provenance) == ["magnet.radius"]
 
 
 def test_inputs_that_change_the_same_field_are_refused_together():
