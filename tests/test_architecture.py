@@ -42,6 +42,20 @@ STOREYS = [
 ]
 PICTURES = {"cli": {"reproduce", "plots", "studio"}, "reproduce": {"plots"}, "studio": {"plots"}, "__main__": {"cli"}}
 
+# rooms inside rooms: what each may import of its sisters
+INSIDE = {
+    "vision": {
+        "_cv": set(),
+        "refraction": set(),
+        "shape": set(),
+        "cameras": {"_cv", "refraction"},
+        "films": {"_cv"},
+        "calibration": {"_cv", "refraction", "shape", "cameras", "films"},
+        "tracking": {"_cv", "refraction", "shape", "cameras", "films", "calibration"},
+        "synthetic": {"_cv", "refraction", "shape", "cameras", "films", "calibration"},
+    },
+}
+
 
 def room_of(parts):
     return parts[0] if parts else "__init__"
@@ -133,6 +147,26 @@ def test_import_graph_is_acyclic():
 
     for room in sorted(GRAPH):
         visit(room)
+
+
+@pytest.mark.parametrize("room", sorted(INSIDE))
+def test_rooms_inside_a_room_import_one_way(room):
+    """And a sister's parts only through what it exports, if it is a folder."""
+    found = {}
+    for path in (PACKAGE / room).rglob("*.py"):
+        own = path.relative_to(PACKAGE / room).with_suffix("").parts[0]
+        if own == "__init__":
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not (isinstance(node, ast.ImportFrom) and node.module.startswith(f"helimag.{room}")):
+                continue
+            sister, *deeper = node.module.split(".")[2:] or [node.names[0].name]
+            if sister != own:
+                found.setdefault(own, set()).add(sister)
+                assert not deeper, f"{path}: import it from helimag.{room}.{sister}"
+    assert found.keys() <= INSIDE[room].keys()
+    for own, sisters in found.items():
+        assert sisters <= INSIDE[room][own], own
 
 
 def test_modules_are_acyclic_within_rooms_too():

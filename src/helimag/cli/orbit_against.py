@@ -49,7 +49,7 @@ def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
 
 
 def _draw(dataset: Any, curves: "list[BoundaryCurve]") -> Any:
-    from helimag.plots.sweeps import draw_sweep
+    from helimag.plots import draw_sweep
 
     return draw_sweep(dataset, curves=curves)
 

@@ -243,7 +243,7 @@ def _log(path: Path, scenario: "Scenario", cell: Path | None) -> Any:
 
 
 def _draw(plan: "Plan", target: Path) -> None:
-    from helimag.plots import robot as pictures
+    from helimag import plots
 
-    for path in pictures.save_plan(plan, target):
+    for path in plots.save_plan(plan, target):
         print(path, file=sys.stderr)

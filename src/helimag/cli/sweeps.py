@@ -105,16 +105,15 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
 def plot_sweep(store: Path, output: Path | None) -> None:
     """Draw a sweep's store as a figure, or as an interactive page where the output ends in .html."""
     from helimag import plots
-    from helimag.plots import sweeps as pictures
     from helimag.sweeps import load_sweep
 
     target = output or store.with_suffix(".png")
     check_target(target)
     dataset = load_sweep(store)
     if target.suffix == ".html":
-        pictures.save_html(pictures.interactive_sweep(dataset), target)
+        plots.save_html(plots.interactive_sweep(dataset), target)
     else:
-        plots.save(pictures.draw_sweep(dataset), target)
+        plots.save(plots.draw_sweep(dataset), target)
     print(target)
 
 

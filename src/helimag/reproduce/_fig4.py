@@ -219,7 +219,7 @@ def fig4(
         Where the folder or a file cannot be written.
     """
     from helimag import plots
-    from helimag.plots.sweeps import Passes, draw_passes
+    from helimag.plots import Passes, draw_passes
 
     target = Path(folder)
     try:
