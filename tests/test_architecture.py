@@ -22,7 +22,8 @@ RULES = {
     "physics": {"errors"},
     "runs": {"errors", "files", "quantities"},
     "hydrodynamics": {"errors", "scenario"},
-    "engine": {"errors", "scenario", "physics", "hydrodynamics", "runs"},
+    "checks": {"errors", "scenario", "physics", "hydrodynamics"},
+    "engine": {"errors", "scenario", "physics", "hydrodynamics", "runs", "checks"},
     "orbits": {"errors", "files", "scenario", "physics", "runs", "engine"},
     "design": {"errors", "scenario", "runs", "engine", "orbits"},
 }

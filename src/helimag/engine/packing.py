@@ -29,15 +29,8 @@ def initial_gap(scenario: Scenario) -> float:
 
 
 def arm_position(scenario: Scenario) -> Floats:
-    """Position of the RPM at t = 0, lab frame (m): the first of its path, or eq. (1) with either reading of pitch."""
-    drive = scenario.drive
-    if drive.path is not None:
-        return np.array(drive.path.position[0])
-    position: Floats = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
-    if drive.pitch_about == "magnet":
-        return position
-    cos, sin = math.cos(drive.pitch), math.sin(drive.pitch)
-    return np.array([cos * position[0] - sin * position[2], position[1], sin * position[0] + cos * position[2]])
+    """Position of the RPM at t = 0, lab frame (m)."""
+    return np.array(scenario.drive.arm)
 
 
 def structs(kind: type, rows: list[dict[str, object]]) -> NDArray[np.void]:

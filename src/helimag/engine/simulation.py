@@ -1,5 +1,6 @@
 """Run scenarios: one or many, on CPU threads or a GPU. The only caller of the time loop."""
 
+import json
 import math
 import os
 import threading
@@ -13,6 +14,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from helimag.checks import cautions
 from helimag.engine import loop
 from helimag.engine.kernels import ready
 from helimag.engine.packing import (
@@ -392,6 +394,7 @@ def trajectory_of(history: History) -> Trajectory:
             "scenario": scenario.to_toml(),
             "scenario_hash": scenario.hash,
             "versions": versions(),
+            "validity_warnings": json.dumps([caution.as_dict() for caution in cautions([scenario])]),
             "integrator": "DOP853, adaptive",
             "steps": history.steps,
             "rejected_steps": history.rejected,

@@ -68,6 +68,25 @@ class Drive(Part):
             raise InputError(f".pitch must be between -90 deg and 90 deg; got '{q.show(self.pitch, q.ANGLE)}'")
         return self
 
+    @property
+    def arm(self) -> tuple[float, float, float]:
+        """Position of the RPM at t = 0 (m): the first of its path, or eq. (1) with either reading of pitch."""
+        if self.path is not None:
+            return self.path.position[0]
+        x, y, z = self.start
+        z += self.distance
+        if self.pitch_about == "magnet":
+            return x, y, z
+        cos, sin = math.cos(self.pitch), math.sin(self.pitch)
+        return cos * x - sin * z, y, sin * x + cos * z
+
+    @property
+    def angles(self) -> tuple[float, float]:
+        """Yaw and pitch of the RPM's rotation axis at t = 0 (rad)."""
+        if self.path is None:
+            return 0.0, self.pitch
+        return next(iter(self.path.yaw), 0.0), next(iter(self.path.pitch), self.pitch)
+
 
 class Walls(Part):
     """Upright walls of the tank, as ranges in lab x and y."""

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import FileError, InputError, MissingExtra
 from helimag.runs.trajectory import versions
+from helimag.sweeps.cautions import sweep_cautions
 from helimag.sweeps.compute import HASH_BYTES, SCALARS, Outcome, Reason, Rows, label
 from helimag.sweeps.design import Design
 
@@ -237,6 +238,7 @@ def _template(design: Design) -> "xarray.Dataset":
         "identity": json.dumps(design.identity, sort_keys=True),
         "plan_hash": plan_hash(design),
         "versions": versions(),
+        "validity_warnings": json.dumps([caution.as_dict() for caution in sweep_cautions(design)]),
         "checksum_files": " ".join(name for name in variables(design) if name != CHECKSUM),
     }
     return xarray.Dataset(data, _coordinates(design), attributes)
