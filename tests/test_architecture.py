@@ -30,7 +30,7 @@ RULES = {
 # everything else, from the ground up: a room imports only from lower ones
 STOREYS = [
     {*RULES},
-    {"cite", "doctor", "robot", "sweeps", "calibrate"},
+    {"cite", "diagnosis", "doctor", "robot", "sweeps", "calibrate"},
     {"vision"},
     {"plots"},
     {"reproduce", "studio"},

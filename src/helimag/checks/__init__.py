@@ -3,7 +3,15 @@
 from helimag.checks.check import Check
 from helimag.checks.findings import Caution, cautions, examine
 from helimag.checks.flow import enclosing_body, pitch_angle, reynolds, slenderness, wall_gap
-from helimag.checks.magnets import dipole_error, least_field, magnet_distance, step_out, step_out_frequency
+from helimag.checks.magnets import (
+    dipole_error,
+    field_axis,
+    least_field,
+    magnet_distance,
+    rotation_at_start,
+    step_out,
+    step_out_frequency,
+)
 
 __all__ = [
     "Caution",
@@ -12,10 +20,12 @@ __all__ = [
     "dipole_error",
     "enclosing_body",
     "examine",
+    "field_axis",
     "least_field",
     "magnet_distance",
     "pitch_angle",
     "reynolds",
+    "rotation_at_start",
     "slenderness",
     "step_out",
     "step_out_frequency",

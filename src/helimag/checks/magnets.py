@@ -77,16 +77,29 @@ def step_out_frequency(scenario: Scenario) -> float:
 
 
 def least_field(scenario: Scenario) -> float:
-    """Weakest flux density (T) of a turn at the start, magnets taken as dipoles.
+    """Weakest flux density (T) of a turn at the start: the smaller half-axis of the ellipse that it describes."""
+    return float(np.linalg.svd(turning_field(scenario), compute_uv=False)[-1])
 
-    The field is linear in the moments, so it describes an ellipse; this is its smaller half-axis.
+
+def field_axis(scenario: Scenario) -> Floats:
+    """Unit axis (3,) about which the field turns at the start, in the sense of a positive frequency."""
+    normal = np.cross(*turning_field(scenario).T)
+    axis: Floats = normal / np.linalg.norm(normal)
+    return axis
+
+
+def turning_field(scenario: Scenario) -> Floats:
+    """Flux density (T) at the start, lab frame, magnets taken as dipoles: (3, 2).
+
+    Columns for a spin of zero and of a quarter turn; the field is linear in the moments, so at a spin s it is the first
+    times cos s and the second times sin s.
     """
     rotation = rotation_at_start(scenario)
     axes = np.zeros((3, 2))
     for magnet, place in zip(scenario.magnet, places_at_start(scenario), strict=True):
         for column, direction in enumerate((rotation[:, 1], rotation[:, 2])):
             axes[:, column] += np.array(dipole_field(wp.vec3d(*place), wp.vec3d(*(magnet.moment * direction))))
-    return float(np.linalg.svd(axes, compute_uv=False)[-1])
+    return axes
 
 
 def places_at_start(scenario: Scenario) -> Floats:
