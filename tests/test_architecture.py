@@ -25,7 +25,8 @@ RULES = {
     "physics": {"errors"},
     "runs": {"errors", "outcomes", "files", "quantities", "geometry"},
     "hydrodynamics": {"errors", "geometry", "scenario"},
-    "engine": {"errors", "outcomes", "geometry", "scenario", "physics", "hydrodynamics", "runs"},
+    "checks": {"errors", "geometry", "scenario", "physics", "hydrodynamics"},
+    "engine": {"errors", "outcomes", "geometry", "scenario", "physics", "hydrodynamics", "runs", "checks"},
     "ensembles": {"errors", "outcomes", "scenario", "runs", "engine"},
     "orbits": {"errors", "outcomes", "files", "geometry", "scenario", "physics", "runs", "engine"},
     "design": {"errors", "outcomes", "geometry", "scenario", "runs", "engine", "ensembles", "orbits"},
@@ -33,7 +34,7 @@ RULES = {
 # everything else, from the ground up: a room imports only from lower ones
 STOREYS = [
     {*RULES},
-    {"cite", "doctor", "robot", "sweeps", "calibrate"},
+    {"cite", "diagnosis", "doctor", "robot", "sweeps", "calibrate"},
     {"vision"},
     {"plots"},
     {"reproduce", "studio"},

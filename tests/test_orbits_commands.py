@@ -76,8 +76,8 @@ def read(path: Path) -> xarray.Dataset:
 
 
 def test_orbit_alone_still_works_and_writes_data(run, tmp_path):
-    status, out, err = run("orbit", *SCENARIO, "--json")
-    assert (status, err.strip()) == (0, "")
+    status, out, _ = run("orbit", *SCENARIO, "--json")
+    assert status == 0
     assert json.loads(out)["stable"]
     target = tmp_path / "branch.nc"
     limits = ["--vary", "drive.pitch", "--from", "12 deg", "--to", "16 deg"]

@@ -1,12 +1,13 @@
 """What the commands share: options, scenario with changes, progress, JSON."""
 
 import json
+import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -136,6 +137,17 @@ def quantity(option: str, text: str, kind: "Kind") -> float:
 
 def print_json(data: object) -> None:
     print(json.dumps(data, indent=2, allow_nan=False))
+
+
+def validity_warnings(attributes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What a result's attributes say of assumptions that do not hold; none where it has no such attribute."""
+    return list(json.loads(attributes.get("validity_warnings", "[]")))
+
+
+def print_warnings(warnings: Sequence[Mapping[str, Any]]) -> None:
+    """One line a kind on stderr."""
+    for warning in warnings:
+        print(f"helimag: warning: {warning['text']}", file=sys.stderr)
 
 
 def scenario_from(name: str, changes: list[str] | None, extra: dict[str, object] | None = None) -> "Scenario":

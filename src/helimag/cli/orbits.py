@@ -18,6 +18,7 @@ from helimag.cli._shared import (
     degrees,
     input_range,
     print_json,
+    print_warnings,
     progress_bar,
     quantity,
     scenario_from,
@@ -76,20 +77,39 @@ def orbit(
     if every:
         with progress_bar(f"searching orbits of {chosen.name}") as progress:
             found = orbits.list_orbits(chosen, progress=progress)
-        _print_all(chosen, found, json)
+        warnings = _warnings(chosen, [])
+        print_warnings(warnings)
+        _print_all(chosen, found, warnings, json)
         if not found and not json:
             print(f"  {orbits.find_orbit(chosen).text}")
         return
     with progress_bar(f"searching the orbit of {chosen.name}") as progress:
         result = orbits.find_orbit(chosen, progress=progress)
     if vary is None or limits is None:
-        _print_one(result, json)
+        warnings = _warnings(chosen, [])
+        print_warnings(warnings)
+        _print_one(result, warnings, json)
         return
     with progress_bar(f"following orbits through {vary}") as progress:
         branches = _branches(result, vary, *limits, progress)
     if branches:
         write_outputs(output, lambda plots: plots.draw_branches(branches), lambda: orbits.branches_dataset(branches))
-    _print_branches(result, vary, branches, output, json)
+    warnings = _warnings(chosen, branches)
+    print_warnings(warnings)
+    _print_branches(result, vary, branches, output, warnings, json)
+
+
+def _warnings(scenario: "Scenario", branches: "list[Branch]") -> list[dict[str, Any]]:
+    """What does not hold for a scenario and along branches."""
+    from helimag.checks import cautions
+    from helimag.scenario import Input
+
+    given = [(scenario, "the scenario's own inputs")]
+    for branch in branches:
+        shown = Input(branch.path).show
+        given += [(point.orbit.scenario, f"{branch.path} = {shown(scenario, point.value)}") for point in branch.points]
+    found = cautions((each for each, _ in given), lambda run: given[run][1])
+    return [caution.as_dict() for caution in found]
 
 
 def _limits(scenario: "Scenario", vary: str | None, start: str | None, stop: str | None) -> tuple[float, float] | None:
@@ -218,9 +238,9 @@ def _report(orbit: "Orbit") -> dict[str, Any]:
     }
 
 
-def _print_one(orbit: "Orbit", json: bool) -> None:
+def _print_one(orbit: "Orbit", warnings: list[dict[str, Any]], json: bool) -> None:
     if json:
-        print_json(_report(orbit))
+        print_json(_report(orbit) | {"warnings": warnings})
         return
     print(f"{orbit.scenario.name}: {orbit.text}")
     if orbit.found:
@@ -238,16 +258,23 @@ def _shown(rate: complex) -> str:
     return f"{rate.real:.4g} ± {rate.imag:.4g}i" if rate.imag > 0.0 else f"{rate.real:.4g}"
 
 
-def _print_all(scenario: "Scenario", found: "list[Orbit]", json: bool) -> None:
+def _print_all(scenario: "Scenario", found: "list[Orbit]", warnings: list[dict[str, Any]], json: bool) -> None:
     if json:
-        print_json({"orbits": [_report(orbit) for orbit in found]})
+        print_json({"orbits": [_report(orbit) for orbit in found], "warnings": warnings})
         return
     print(f"{scenario.name}: {len(found)} orbits found")
     for orbit in found:
         print(f"  {orbit.text}")
 
 
-def _print_branches(orbit: "Orbit", path: str, branches: "list[Branch]", output: list[Path] | None, json: bool) -> None:
+def _print_branches(
+    orbit: "Orbit",
+    path: str,
+    branches: "list[Branch]",
+    output: list[Path] | None,
+    warnings: list[dict[str, Any]],
+    json: bool,
+) -> None:
     from helimag import orbits
 
     segments = [segment for branch in branches for segment in orbits.stable_segments(branch)]
@@ -258,6 +285,7 @@ def _print_branches(orbit: "Orbit", path: str, branches: "list[Branch]", output:
                 "input": path,
                 "stable_intervals": intervals,
                 "branches": [_branch_report(branch) for branch in branches],
+                "warnings": warnings,
             }
             | files_report(output if branches else None)
         )

@@ -1,11 +1,13 @@
 """Run scenarios, one or many, and get labelled trajectories back."""
 
+import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.checks import cautions
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
 from helimag.engine.observe import observed
@@ -150,6 +152,7 @@ def trajectory_of(history: History) -> Trajectory:
             "scenario": scenario.to_toml(),
             "scenario_hash": scenario.hash,
             "versions": versions(),
+            "validity_warnings": json.dumps([caution.as_dict() for caution in cautions([scenario])]),
             "integrator": "DOP853, adaptive",
             "steps": history.steps,
             "rejected_steps": history.rejected,

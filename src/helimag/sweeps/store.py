@@ -22,6 +22,7 @@ from helimag.errors import FileError, InputError, MissingExtra
 from helimag.outcomes import Reason, Verdict, cf_flags
 from helimag.runs.trajectory import versions
 from helimag.scenario import Input
+from helimag.sweeps.cautions import sweep_cautions
 from helimag.sweeps.compute import HASH_BYTES, SCALARS, Rows
 from helimag.sweeps.resolved import ResolvedPlan
 
@@ -234,6 +235,7 @@ def _template(design: ResolvedPlan) -> "xarray.Dataset":
         "identity": json.dumps(design.identity, sort_keys=True),
         "plan_hash": plan_hash(design),
         "versions": versions(),
+        "validity_warnings": json.dumps([caution.as_dict() for caution in sweep_cautions(design)]),
         "checksum_files": " ".join(name for name in variables(design) if name != CHECKSUM),
     }
     return xarray.Dataset(data, _coordinates(design), attributes)
