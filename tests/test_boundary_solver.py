@@ -133,7 +133,7 @@ def test_ball_moving_straight_to_a_plane(kind, height):
     assert abs(coarse[2, 2] / expected - 1.0) > abs(fine[2, 2] / expected - 1.0)
 
 
-# A. J. Goldman, R. G. Cox, H. Brenner, Chem. Eng. Sci. 22 (1967) 637: height, drag along a wall, torque of a spin along it
+# A. J. Goldman, R. G. Cox, H. Brenner, Chem. Eng. Sci. 22 (1967) 637: height, drag along the wall, torque of a spin
 GOLDMAN = [(3.7622, 1.1738, 1.0059), (2.3524, 1.3079, 1.0250), (1.5431, 1.5675, 1.0998)]
 
 
@@ -180,8 +180,7 @@ def test_flow_keeps_what_the_plane_demands():
     depth = np.abs(depth) + 0.2
 
     def flow(kernel, z):
-        total = np.array(stokeslet(x.copy(), y.copy(), z - depth)) + np.array(kernel(x, y, z, depth))
-        return total
+        return np.array(stokeslet(x.copy(), y.copy(), z - depth)) + np.array(kernel(x, y, z, depth))
 
     ground = np.zeros(20)
     assert np.abs(flow(floor_image, ground)).max() < 1e-13
@@ -210,7 +209,7 @@ def cylinder(length, divisions):
 def test_cylinder_beside_a_wall():
     """A piece of a long one: torque 4 pi / sqrt(1 - 1/h^2), drag 4 pi / arccosh h across, each per length.
 
-    D. J. Jeffrey and Y. Onishi, Q. J. Mech. Appl. Math. 34 (1981) 129. The ends drop out of the difference of two lengths.
+    D. J. Jeffrey and Y. Onishi, Q. J. Mech. Appl. Math. 34 (1981) 129. The ends drop out of the difference.
     """
     height = 1.6
     plane = Plane("floor", UP, height)

@@ -1,1 +1,1 @@
-"""The Stokes resistance of a rigid body from its surface: helix, head, or any closed mesh, in open water or beside a plane."""
+"""The Stokes resistance of a rigid body from its surface: wire and head, or any closed mesh."""

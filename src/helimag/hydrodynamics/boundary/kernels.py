@@ -1,4 +1,4 @@
-"""Flow of a point force in Stokes flow, in open water and beside a flat wall or surface: 8 pi mu times velocity per force.
+"""Flow of a point force in Stokes flow, in open water and beside a plane: 8 pi mu times velocity per force.
 
 Each takes differences of places as separate components, which broadcast, and returns a 3x3 list of arrays (1/m).
 """

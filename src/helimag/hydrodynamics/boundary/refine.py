@@ -80,8 +80,8 @@ def refined(surfaces: Iterator[Mesh], tolerance: float, plane: Plane | None = No
 def extrapolated(coarse: Floats, fine: Floats, ratio: float) -> Floats:
     """What two resistances lead to as their triangles, ``ratio`` times larger in the first, shrink to nothing.
 
-    Richardson's extrapolation of the logarithm of the one in terms of the other, so that the result is symmetric positive
-    definite as they are.
+    Richardson's extrapolation of the logarithm of the one in terms of the other, so that the result is symmetric
+    positive definite as they are.
     """
     from scipy.linalg import eigh
 

@@ -1,7 +1,7 @@
-"""Mean velocities of surface triangles under forces spread evenly over triangles: the Galerkin matrix of a single layer.
+"""Mean velocities of triangles under forces spread evenly over triangles: the Galerkin matrix of a single layer.
 
-The matrix is a table of energies, ``f' G f`` being what the forces f dissipate, and therefore symmetric and, but for the
-uniform pressure inside each closed surface, positive.
+The matrix is a table of energies, ``f' G f`` being what the forces f dissipate, and therefore symmetric and, but for
+the uniform pressure inside each closed surface, positive.
 """
 
 import numpy as np
@@ -71,15 +71,15 @@ def _fill_far(matrix: Floats, mesh: Mesh, rows: slice) -> None:
     for p, here in zip(weights, spots, strict=True):
         for q, there in zip(weights, spots, strict=True):
             tensor = stokeslet(*(here[k, rows, None] - there[k, None, rows.start :] for k in range(3)))
-            for sum_, (a, b) in zip(total, upper, strict=True):
-                sum_ += p * q * tensor[a][b]
+            for k, (a, b) in enumerate(upper):
+                total[k] += p * q * tensor[a][b]
     inside = total[:, :, : rows.stop - rows.start]  # has both orders of a pair: their mean is symmetric to the last bit
     inside += inside.transpose(0, 2, 1).copy()
     inside /= 2.0
-    for sum_, (a, b) in zip(total, upper, strict=True):
+    for k, (a, b) in enumerate(upper):
         for c, d in {(a, b), (b, a)}:
-            matrix[c, rows, d, rows.start :] = sum_
-            matrix[c, rows.start :, d, rows] = sum_.T
+            matrix[c, rows, d, rows.start :] = total[k]
+            matrix[c, rows.start :, d, rows] = total[k].T
 
 
 def _fill_near(matrix: Floats, corners: Floats, one: Integers, other: Integers) -> None:

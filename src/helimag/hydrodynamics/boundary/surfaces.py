@@ -1,7 +1,7 @@
 """Surfaces of the parts of a device, made of triangles at a stated fineness.
 
-Fineness is the number of facets around the wire. A polyhedron with its corners on a round body is smaller than the body;
-each surface here is scaled to the body's own volume instead, which takes most of the error of flat facets away.
+Fineness is the number of facets around the wire. A polyhedron with its corners on a round body is smaller than the
+body; each surface here is scaled to the body's own volume instead, which takes most of the error of flat facets away.
 """
 
 import math

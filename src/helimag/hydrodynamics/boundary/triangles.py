@@ -24,7 +24,7 @@ def stokeslet_mean(points: Floats, corners: Floats) -> Floats:
     """Mean over a triangle of ``1/R + r r'/R^3``, with r from the triangle's places to a point.
 
     With t, m, s an edge's distance, outward normal and direction in the triangle's plane, w the height above it, and L
-    and D the integrals of 1/R and l/R along an edge, the surface divergence theorem gives for the components in the plane
+    and D the integrals of 1/R and l/R along an edge, the divergence theorem gives for the components in the plane
     ``I0 P - sum (t L m m' + D m s')``, for the mixed ones ``-w sum L (n m' + m n')``, for the normal one ``|w| solid
     angle``, where ``I0 = sum t L - |w| solid angle`` is the potential of the triangle (D. R. Wilton et al., IEEE Trans.
     Antennas Propag. 32 (1984) 276; the solid angle by A. van Oosterom and J. Strackee, 1983).
@@ -79,4 +79,5 @@ def _solid_angle(r: Floats, distance: Floats) -> Floats:
     triple = np.abs(np.einsum("ni,ni->n", r[:, 0], np.cross(r[:, 1], r[:, 2])))
     pairs = np.einsum("nki,nki->nk", r, np.roll(r, -1, axis=1))
     below = distance.prod(axis=1) + (pairs * np.roll(distance, -2, axis=1)).sum(axis=1)
-    return 2.0 * np.arctan2(triple, below)
+    angle: Floats = 2.0 * np.arctan2(triple, below)
+    return angle
