@@ -65,9 +65,8 @@ class Mesh:
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
-    """Several surfaces as one, each part keeping a number of its own."""
-    counts = [mesh.part.max() + 1 for mesh in meshes]
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    """Several closed surfaces as one body, each part keeping a number of its own."""
+    starts = np.concatenate([[0], np.cumsum([mesh.part.max() + 1 for mesh in meshes])[:-1]])
     parts = [mesh.part + start for mesh, start in zip(meshes, starts, strict=True)]
     return Mesh(np.concatenate([mesh.corners for mesh in meshes]), np.concatenate(parts))
 
