@@ -21,7 +21,7 @@ RULES = {
     "scenario": {"errors", "files", "quantities"},
     "physics": {"errors"},
     "runs": {"errors", "files", "quantities"},
-    "hydrodynamics": {"errors", "scenario"},
+    "hydrodynamics": {"errors", "files", "scenario"},
     "engine": {"errors", "scenario", "physics", "hydrodynamics", "runs"},
     "orbits": {"errors", "files", "scenario", "physics", "runs", "engine"},
     "design": {"errors", "scenario", "runs", "engine", "orbits"},

@@ -144,11 +144,16 @@ def pack_clocks(scenarios: Sequence[Scenario], tolerance: float) -> NDArray[np.v
                 "duration": scenario.run.duration,
                 "longest": _longest_step(scenario),
                 "tolerance": tolerance,
-                "length": scenario.device.helix.length,
+                "length": _length(scenario.device),
             }
             for scenario in scenarios
         ],
     )
+
+
+def _length(device: Device) -> float:
+    """What positions are measured against in the step control (m)."""
+    return device.length if device.helix is None else device.helix.length
 
 
 def _longest_step(scenario: Scenario) -> float:
@@ -167,9 +172,9 @@ def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
                 "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
                 "low": scenario.workspace.box[0],
                 "high": scenario.workspace.box[1],
-                "tail": scenario.device.head.reach + scenario.device.helix.length,
-                "head_radius": scenario.device.head.radius,
-                "tail_radius": scenario.device.helix.outer_diameter / 2.0,
+                "tail": scenario.device.tail_length,
+                "head_radius": scenario.device.head_radius,
+                "tail_radius": scenario.device.tail_radius,
             }
             for scenario in scenarios
         ],

@@ -66,13 +66,19 @@ def enclosing_spheroid(device: Device) -> tuple[float, float, float]:
 
 def _profile(device: Device) -> tuple[Floats, Floats]:
     """Places along x and radii (m) of corners; turned about the axis, their convex hull holds the device."""
-    helix, head = device.helix, device.head
-    behind = -head.reach - helix.length - helix.wire_radius, -head.reach + helix.wire_radius  # wire ends have a radius
-    coil = np.array(behind), np.full(2, helix.outer_diameter / 2.0)
-    if isinstance(head, CylinderHead):
-        nose = np.array([-head.reach, head.reach]), np.full(2, head.radius)
-    else:
+    if device.body is not None:
+        corners = device.body.corners.reshape(-1, 3)
+        return corners[:, 0], np.hypot(corners[:, 1], corners[:, 2])
+    parts = [np.empty((2, 0))]
+    if device.helix is not None:
+        start, wire = -device.helix_start, device.helix.wire_radius
+        ends = [start - device.helix.length - wire, start + wire]  # of the wire, which has a radius there
+        parts.append(np.array([ends, [device.helix.outer_diameter / 2.0] * 2]))
+    if isinstance(device.head, CylinderHead):
+        parts.append(np.array([[-device.head.reach, device.head.reach], [device.head.radius] * 2]))
+    elif device.head is not None:
         angle = math.pi / CORNERS * (2.0 * np.arange(CORNERS // 2) + 1.0)
         outside = 1.0 / math.cos(math.pi / CORNERS)
-        nose = outside * head.reach * np.cos(angle), outside * head.radius * np.sin(angle)
-    return np.concatenate([nose[0], coil[0]]), np.concatenate([nose[1], coil[1]])
+        parts.append(np.array([device.head.reach * np.cos(angle), device.head.radius * np.sin(angle)]) * outside)
+    x, r = np.concatenate(parts, axis=1)
+    return x, r

@@ -28,13 +28,15 @@ def cylinder_faces(magnet: Magnet) -> tuple[list[Floats], list[bool]]:
 
 
 def helix_line(device: Device) -> Floats:
-    """Centreline of the helix in the body frame (n, 3), the head at the origin; conventions as in the model."""
+    """Centreline of the helix in the body frame (n, 3), of none (0, 3); conventions as in the model."""
     helix = device.helix
+    if helix is None:
+        return np.empty((0, 3))
     along = np.linspace(0.0, helix.length, int(16 * helix.length / helix.pitch) + 2)
     turn = 2.0 * np.pi / helix.pitch * along
     sense = 1.0 if helix.handedness == "left" else -1.0
     return np.stack(
-        [-device.head.reach - along, helix.radius * np.cos(turn), sense * helix.radius * np.sin(turn)], axis=1
+        [-device.helix_start - along, helix.radius * np.cos(turn), sense * helix.radius * np.sin(turn)], axis=1
     )
 
 
@@ -59,8 +61,10 @@ def body_rotation(quaternion: Floats) -> Floats:
 
 
 def head_faces(device: Device) -> list[Floats]:
-    """Surface of the head in the body frame, as polygons (4, 3) of a surface of revolution about x."""
+    """Surface of head or body in the body frame: of a head polygons (4, 3) of a surface of revolution about x."""
     head = device.head
+    if head is None:
+        return [] if device.body is None else list(device.body.corners)
     if isinstance(head, CylinderHead):
         profile = head.reach * np.array([-1.0, -1.0, 1.0, 1.0]), head.radius * np.array([0.0, 1.0, 1.0, 0.0])
     else:

@@ -4,6 +4,7 @@ Numbers are SI (angles in radians) once inside. In a file every physical value i
 number is taken as SI.
 """
 
+from helimag.scenario._body import Body
 from helimag.scenario._device import (
     CylinderHead,
     Device,
@@ -21,6 +22,7 @@ from helimag.scenario.inputs import Input
 
 __all__ = [
     "MARKS",
+    "Body",
     "CylinderHead",
     "Device",
     "Drive",

@@ -71,6 +71,11 @@ def refined(surfaces: Iterator[Mesh], tolerance: float, plane: Plane | None = No
         best = CAUTION * relative_difference(levels[-1], found)
         if best <= tolerance:
             return Solution(found, best, tuple(triangles), tuple(levels))
+    if len(levels) < 2:
+        raise InputError(
+            f"the body needs {len(mesh)} surface triangles for resolution {len(levels) + 1} of at least 2; "
+            f"there may be {MOST}: give a mesh with fewer triangles"
+        )
     raise InputError(
         f"device.hydrodynamics.tolerance of {tolerance:g} is not reached with {MOST} surface triangles, the most there "
         f"may be; the estimated error is {best:.2g}"
