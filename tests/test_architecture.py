@@ -24,7 +24,7 @@ RULES = {
     "scenario": {"errors", "files", "quantities"},
     "physics": {"errors"},
     "runs": {"errors", "outcomes", "files", "quantities", "geometry"},
-    "hydrodynamics": {"errors", "geometry", "scenario"},
+    "hydrodynamics": {"errors", "files", "geometry", "scenario"},
     "checks": {"errors", "geometry", "scenario", "physics", "hydrodynamics"},
     "engine": {"errors", "outcomes", "geometry", "scenario", "physics", "hydrodynamics", "runs", "checks"},
     "ensembles": {"errors", "outcomes", "scenario", "runs", "engine"},

@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 
 from helimag.checks.check import Check
 from helimag.hydrodynamics import mobility, net_weight, resistance
-from helimag.hydrodynamics.heads import spheroid
+from helimag.hydrodynamics.bounds import enclosing_resistance
 from helimag.hydrodynamics.motion import advance_per_turn, largest_drag, sinking_speeds
-from helimag.hydrodynamics.resistive_force import cross_matrices
 from helimag.scenario import Device, Fluid, Scenario
 
 Floats = NDArray[np.float64]
 
 # drag of a sphere rises by 3/8 Re (its radius; Oseen 1910, Proudman and Pearson, J. Fluid Mech. 2 (1957) 237): 4 %
 LARGEST_REYNOLDS = 0.1
+RESISTIVE_FORCE = ("lighthill", "gray-hancock")
 # resistive-force theory beside measured helices: B. Rodenborn et al., PNAS 110 (2013) E338; docs/model.md, known limits
 SHORTEST_TURN = 144.0  # wire radii: thrust and drag are up to 90 % off there
 LARGEST_PITCH_ANGLE = math.radians(22.4)  # up to 26 % off there, 90 % at 44 deg, four times too much at 70 deg
@@ -40,13 +40,13 @@ def reynolds(scenario: Scenario) -> Check:
     device, fluid, drive = scenario.device, scenario.fluid, scenario.drive
     matrix, inverse = device_matrices(device, fluid)
     kinematic = fluid.viscosity / fluid.density if fluid.density > 0.0 else math.inf
-    radius, spin = body_radius(device), 2.0 * math.pi * abs(drive.frequency)
+    radius, spin = max(device.tail_radius, device.head_radius), 2.0 * math.pi * abs(drive.frequency)
     fastest = max(
         math.hypot(*drive.velocity),
         abs(advance_per_turn(inverse) * drive.frequency),
         abs(sinking_speeds(matrix, net_weight(device, fluid)[0])[1]),
     )
-    turning, moving = spin * radius**2 / kinematic, fastest * body_length(device) / 2.0 / kinematic
+    turning, moving = spin * radius**2 / kinematic, fastest * device.length / 2.0 / kinematic
     what, value = max(("turning", turning), ("moving", moving), key=lambda pair: pair[1])
     return Check(
         "reynolds",
@@ -62,7 +62,7 @@ def reynolds(scenario: Scenario) -> Check:
 def slenderness(scenario: Scenario) -> Check | None:
     """Length of wire in a turn over the wire's radius, where drag is that of resistive-force theory."""
     helix = scenario.device.helix
-    if scenario.device.hydrodynamics.model == "matrix":
+    if helix is None or scenario.device.hydrodynamics.model not in RESISTIVE_FORCE:
         return None
     value = helix.pitch * helix.contour_per_length / helix.wire_radius
     return Check(
@@ -72,14 +72,14 @@ def slenderness(scenario: Scenario) -> Check | None:
         "at least",
         SHORTEST_TURN,
         f"a turn of wire is {value:.3g} wire radii long; at {SHORTEST_TURN:g} resistive-force theory is 90 % off",
-        'give a better matrix with model = "matrix"',
+        'use device.hydrodynamics.model = "boundary"',
     )
 
 
 def pitch_angle(scenario: Scenario) -> Check | None:
     """Angle between wire and axis, where drag is that of resistive-force theory: steep turns feel each other."""
     helix = scenario.device.helix
-    if scenario.device.hydrodynamics.model == "matrix":
+    if helix is None or scenario.device.hydrodynamics.model not in RESISTIVE_FORCE:
         return None
     value = math.atan2(2.0 * math.pi * helix.radius, helix.pitch)
     return Check(
@@ -89,7 +89,7 @@ def pitch_angle(scenario: Scenario) -> Check | None:
         "at most",
         LARGEST_PITCH_ANGLE,
         f"wire at {math.degrees(value):.3g} deg to its axis; resistive-force theory is 26 % off at 22 deg, 90 % at 44",
-        'give a better matrix with model = "matrix"',
+        'use device.hydrodynamics.model = "boundary"',
     )
 
 
@@ -101,7 +101,7 @@ def enclosing_body(scenario: Scenario) -> Check:
     """
     device, fluid = scenario.device, scenario.fluid
     matrix, _ = device_matrices(device, fluid)
-    around = enclosing_spheroid(device, fluid)
+    around = enclosing_resistance(device, fluid)
     root = np.linalg.inv(np.linalg.cholesky(around))
     value = float(np.linalg.eigvalsh(root @ matrix @ root.T)[-1])
     return Check(
@@ -112,20 +112,8 @@ def enclosing_body(scenario: Scenario) -> Check:
         LARGEST_DRAG_RATIO,
         f"drag is up to {value:.2g} times that of a spheroid around the device (along the axis "
         f"{matrix[0, 0] / around[0, 0]:.2g} times), which no body can have",
-        'give a better matrix with model = "matrix"',
+        'use device.hydrodynamics.model = "boundary"',
     )
-
-
-@lru_cache(maxsize=64)
-def enclosing_spheroid(device: Device, fluid: Fluid) -> Floats:
-    """6x6 resistance (SI), about the head's centre, of the least spheroid around the cylinder that holds the device."""
-    # hydrodynamics.bounds.enclosing_resistance takes the place of this function as soon as it is there
-    half = body_length(device) / 2.0
-    matrix = spheroid(math.sqrt(3.0) * half, math.sqrt(1.5) * body_radius(device), fluid.viscosity)
-    centre = np.array([[device.head.reach - half, 0.0, 0.0]])
-    motion = np.block([[np.eye(3), -cross_matrices(centre)[0]], [np.zeros((3, 3)), np.eye(3)]])
-    shifted: Floats = motion.T @ matrix @ motion
-    return shifted
 
 
 def wall_gap(scenario: Scenario) -> Check | None:
@@ -146,7 +134,7 @@ def wall_gap(scenario: Scenario) -> Check | None:
         value,
         "at most",
         LARGEST_WALL_EFFECT,
-        f"{path} is {gap / body_length(scenario.device):.2g} device lengths from the start and would change the drag "
+        f"{path} is {gap / scenario.device.length:.2g} device lengths from the start and would change the drag "
         f"by {_share(value)}",
         f"start {1e3 * gap * value / LARGEST_WALL_EFFECT:.3g} mm or more away from it",
     )
@@ -167,13 +155,3 @@ def _gaps(scenario: Scenario) -> list[tuple[str, float, float]]:
         found.append((below, start[i] - low[i], 9.0 / 8.0))
         found.append((above, high[i] - start[i], 3.0 / 4.0 if above == "workspace.surface" else 9.0 / 8.0))
     return [(path, gap, factor) for path, gap, factor in found if math.isfinite(gap)]
-
-
-def body_length(device: Device) -> float:
-    """From nose to tail (m)."""
-    return 2.0 * device.head.reach + device.helix.length
-
-
-def body_radius(device: Device) -> float:
-    """Of the cylinder that holds coil and head (m)."""
-    return max(device.helix.outer_diameter / 2.0, device.head.radius)

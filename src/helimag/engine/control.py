@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from helimag.engine.structures import structs
 from helimag.physics.kinematics import State
-from helimag.scenario import Scenario
+from helimag.scenario import Device, Scenario
 
 ZERO = wp.constant(wp.float64(0.0))
 SHRINK = wp.constant(wp.float64(0.2))
@@ -30,10 +30,15 @@ def pack_controls(scenarios: Sequence[Scenario], tolerance: float) -> NDArray[np
     return structs(
         Control,
         [
-            {"longest": _longest_step(scenario), "tolerance": tolerance, "length": scenario.device.helix.length}
+            {"longest": _longest_step(scenario), "tolerance": tolerance, "length": _length(scenario.device)}
             for scenario in scenarios
         ],
     )
+
+
+def _length(device: Device) -> float:
+    """What positions are measured against (m)."""
+    return device.length if device.helix is None else device.helix.length
 
 
 def _longest_step(scenario: Scenario) -> float:

@@ -42,9 +42,9 @@ def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
                 "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
                 "low": scenario.workspace.box[0],
                 "high": scenario.workspace.box[1],
-                "tail": scenario.device.head.reach + scenario.device.helix.length,
-                "head_radius": scenario.device.head.radius,
-                "tail_radius": scenario.device.helix.outer_diameter / 2.0,
+                "tail": scenario.device.tail_length,
+                "head_radius": scenario.device.head_radius,
+                "tail_radius": scenario.device.tail_radius,
             }
             for scenario in scenarios
         ],

@@ -47,8 +47,8 @@ def _size(run: Shown) -> float:
 
 
 def _length(device: Device) -> float:
-    """Of head and helix (mm)."""
-    return 1e3 * (device.helix.length + 2.0 * device.head.reach)
+    """From end to end (mm)."""
+    return 1e3 * device.length
 
 
 class Scene:
@@ -174,14 +174,14 @@ class Scene:
     def _cast_device(self, axes: Axes3D, device: Device, centres: Floats, *, scale: int, width: float) -> None:
         """Helix and head."""
         points = 1e3 * scale * helix_line(device)
-        surface = 1e3 * scale * np.stack(head_faces(device))
+        surface = [1e3 * scale * face for face in head_faces(device)]
         helix = self._line(axes, ORANGE, width)
         head = self._solid(axes, GREY)
 
         def place(sample: int) -> None:
             turn = body_rotations(self.data["quaternion"][sample]).T
             helix.set_data_3d(*(centres[sample] + points @ turn).T)
-            head.set_verts(list(centres[sample] + surface @ turn))
+            head.set_verts([centres[sample] + face @ turn for face in surface])
 
         self.places.append(place)
 

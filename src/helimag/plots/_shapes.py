@@ -30,15 +30,17 @@ def cylinder_faces(magnet: Magnet) -> tuple[list[Floats], list[bool]]:
 
 
 def helix_line(device: Device) -> Floats:
-    """Centreline of the helix in the body frame (n, 3), the head at the origin."""
+    """Centreline of the helix in the body frame (n, 3), of none (0, 3); conventions as in the model."""
     helix = device.helix
+    if helix is None:
+        return np.empty((0, 3))
     along = np.linspace(0.0, helix.length, int(16 * helix.length / helix.pitch) + 2)
     return centreline(
         along,
         radius=helix.radius,
         pitch=helix.pitch,
         chirality=CHIRALITY[helix.handedness],
-        behind=device.head.reach,
+        behind=device.helix_start,
     )
 
 
@@ -51,8 +53,10 @@ def axis_rotation(direction: Floats) -> Floats:
 
 
 def head_faces(device: Device) -> list[Floats]:
-    """Surface of the head in the body frame, as polygons (4, 3) of a surface of revolution about x."""
+    """Surface of head or body in the body frame: of a head polygons (4, 3) of a surface of revolution about x."""
     head = device.head
+    if head is None:
+        return [] if device.body is None else list(device.body.corners)
     if isinstance(head, CylinderHead):
         profile = head.reach * np.array([-1.0, -1.0, 1.0, 1.0]), head.radius * np.array([0.0, 1.0, 1.0, 0.0])
     else:

@@ -4,6 +4,7 @@ Numbers are SI (angles in radians) once inside. In a file every physical value i
 number is taken as SI.
 """
 
+from helimag.scenario._body import Body
 from helimag.scenario._device import (
     CylinderHead,
     Device,
@@ -37,6 +38,7 @@ __all__ = [
     "Acceleration",
     "Angle",
     "AngularRate",
+    "Body",
     "CylinderHead",
     "Device",
     "Drive",

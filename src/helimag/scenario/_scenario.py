@@ -59,7 +59,7 @@ class Scenario(Part):
     @property
     def contact_distance(self) -> float:
         """Distance between the centres of head and magnet at which the device is taken to touch (m)."""
-        return max(magnet.reach for magnet in self.magnet) + self.device.head.radius
+        return max(magnet.reach for magnet in self.magnet) + self.device.head_radius
 
     @property
     def hash(self) -> str:

@@ -202,7 +202,7 @@ class Input:
         if not found.number:
             raise InputError(f"'{self.path}' must be a single number to be varied; {_instead(found, self.path)}")
         if isinstance(found.part, Weight) and found.value is None:
-            given = next(names for names in Weight.ALTERNATIVES if self.path.rpartition(".")[2] not in names)
+            given = [name for name in Weight.model_fields if getattr(found.part, name) is not None]
             where = self.path.rpartition(".")[0]
             raise InputError(
                 f"'{self.path}' is not given in this scenario, which has an alternative to it; vary one of "

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.errors import InputError
 from helimag.geometry import CHIRALITY, helix_line
 from helimag.scenario import Device
 
@@ -25,7 +26,15 @@ class Shape:
 
     @classmethod
     def of(cls, device: Device) -> "Shape":
-        """The shape of a scenario's device."""
+        """The shape of a scenario's device.
+
+        Raises
+        ------
+        InputError
+            Where the device has no helix or no head: the tracking finds the one by the other.
+        """
+        if device.helix is None or device.head is None:
+            raise InputError("device must have a helix and a head to be drawn or tracked in films")
         return cls(
             head_reach=device.head.reach,
             head_radius=device.head.radius,

@@ -221,8 +221,8 @@ def _inside(scenario: Scenario, state: Floats, measures: np.void) -> bool:
     that goes round comes to every side of its circle.
     """
     low, high = np.array(open_water(scenario).workspace.box)
-    length = scenario.device.head.reach + scenario.device.helix.length
-    radii = np.array([scenario.device.head.radius, scenario.device.helix.outer_diameter / 2.0])  # of head and tail
+    length = scenario.device.tail_length
+    radii = np.array([scenario.device.head_radius, scenario.device.tail_radius])  # of head and tail
     ends = state[:2] - np.outer([0.0, length], long_axes(state[3:])[:2])
     if scenario.drive.yaw_rate != 0.0:
         reach = np.full(2, np.max(np.linalg.norm(ends, axis=1) + radii))
