@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from helimag.engine import simulate, simulate_many
+from helimag.engine import simulate
 from helimag.errors import FileError, InputError
 from helimag.geometry import magnet_motion
 from helimag.robot import load_cell, plan, play, write_krl
@@ -67,11 +67,6 @@ def test_sampled_scenario_survives_its_file():
     again = parse(scenario.to_toml())
     assert again == scenario
     assert again.hash == scenario.hash != CIRCLE.hash
-
-
-def test_batches_do_not_mix_kinds_of_path():
-    with pytest.raises(InputError, match=r"drive\.path"):
-        simulate_many([CIRCLE, sampled(CIRCLE, 31)])
 
 
 @pytest.mark.parametrize(

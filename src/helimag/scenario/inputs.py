@@ -205,8 +205,8 @@ class Input:
             given = [name for name in Weight.model_fields if getattr(found.part, name) is not None]
             where = self.path.rpartition(".")[0]
             raise InputError(
-                f"'{self.path}' is not given in this scenario, which has an alternative to it; vary one of "
-                + ", ".join(f"{where}.{name}" for name in sorted(given))
+                f"'{self.path}' is not given in this scenario, which has an alternative to it; "
+                f"vary one of {', '.join(f'{where}.{name}' for name in sorted(given))}"
             )
         return found
 
