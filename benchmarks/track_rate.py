@@ -10,11 +10,7 @@ import sys
 import tempfile
 import time
 
-from helimag.vision.cameras import Camera
-from helimag.vision.synthetic.rendering import render_run
-from helimag.vision.synthetic.rig import Effects, paper_rig
-from helimag.vision.synthetic.staged import staged
-from helimag.vision.tracking.track import track
+from helimag.vision import Camera, Effects, paper_rig, render_run, staged, track
 
 REAL_TIME = 30.0
 

@@ -7,13 +7,7 @@ import numpy as np
 
 from helimag.runs.measurement import output
 from helimag.runs.trajectory import Trajectory
-from helimag.vision.calibration.fit import calibrate
-from helimag.vision.calibration.session import Session, render_session
-from helimag.vision.synthetic.rendering import render_run
-from helimag.vision.synthetic.rig import Effects, paper_rig
-from helimag.vision.synthetic.scoring import score
-from helimag.vision.synthetic.staged import staged
-from helimag.vision.tracking.track import track
+from helimag.vision import Effects, Session, calibrate, paper_rig, render_run, render_session, score, staged, track
 
 GAP = 0.102  # height of the magnet above the device at the start (m)
 

@@ -11,7 +11,7 @@ from helimag.errors import InputError
 from helimag.runs.comparison import compare
 from helimag.runs.measurement import attack_windows, output, unseen
 from helimag.runs.trajectory import Trajectory
-from helimag.vision.synthetic.staged import staged
+from helimag.vision import staged
 
 
 def noisy(

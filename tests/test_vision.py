@@ -16,16 +16,23 @@ from helimag.runs.imported import import_track
 from helimag.runs.measurement import output
 from helimag.runs.smoothing import smooth
 from helimag.runs.trajectory import Trajectory
-from helimag.vision.calibration.fit import Calibration, calibrate
-from helimag.vision.calibration.session import Session, render_session
-from helimag.vision.cameras import Rig
-from helimag.vision.films import Film, FilmWriter
-from helimag.vision.synthetic.rendering import render_run
-from helimag.vision.synthetic.rig import Effects, paper_rig
-from helimag.vision.synthetic.scoring import score
-from helimag.vision.synthetic.staged import Kind, staged
-from helimag.vision.tracking.review import review
-from helimag.vision.tracking.track import track
+from helimag.vision import (
+    Calibration,
+    Effects,
+    Film,
+    FilmWriter,
+    Rig,
+    Session,
+    calibrate,
+    paper_rig,
+    render_run,
+    render_session,
+    review,
+    score,
+    staged,
+    track,
+)
+from helimag.vision.synthetic import Kind
 
 GAP = 0.102
 SEED = 5

@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from helimag.errors import InputError
-from helimag.vision.cameras import Rig
+from helimag.vision import Rig, paper_rig
 from helimag.vision.refraction import Wall, bend, nearest, sight, through
-from helimag.vision.synthetic.rig import paper_rig
 
 ORIGIN = np.zeros(3)
 

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from helimag.engine import simulate, simulate_many
+    from helimag.ensembles import Perturbation, ensemble
     from helimag.errors import FileError, HelimagError, InputError, MissingExtra, RunError
     from helimag.hydrodynamics import resistance
     from helimag.orbits import Orbit, find_orbit
@@ -19,11 +20,13 @@ _HOMES = {
     "InputError": "errors",
     "MissingExtra": "errors",
     "Orbit": "orbits",
+    "Perturbation": "ensembles",
     "Plan": "sweeps",
     "RunError": "errors",
     "Scenario": "scenario",
     "Trajectory": "runs",
     "Verdict": "outcomes",
+    "ensemble": "ensembles",
     "find_orbit": "orbits",
     "load": "scenario",
     "load_sweep": "sweeps",

@@ -113,6 +113,14 @@ def parse(text: str, kind: Kind) -> float:
     ------
     InputError
         Where the text is not a number with a unit of this kind, or not finite.
+
+    Examples
+    --------
+    >>> parse("150 mm", LENGTH)
+    0.15
+    >>> parse("150", LENGTH)
+    Traceback (most recent call last):
+    helimag.errors.InputError: must be a length such as '150 mm'; got '150', which has no unit
     """
     expected = f"must be {kind.name} such as '{kind.example}'; got '{text}'"
     match = _QUANTITY.fullmatch(text)
@@ -131,7 +139,15 @@ def parse(text: str, kind: Kind) -> float:
 
 
 def show(value: float, kind: Kind) -> str:
-    """Write an SI value as text that :func:`parse` turns back into exactly the same number."""
+    """Write an SI value as text that :func:`parse` turns back into exactly the same number.
+
+    Examples
+    --------
+    >>> show(0.15, LENGTH)
+    '150 mm'
+    >>> parse(show(0.1 + 0.2, LENGTH), LENGTH) == 0.1 + 0.2
+    True
+    """
     for unit in (kind.shown, kind.si):
         factor = _factor(unit, kind)
         scaled = _scaled(value, 1.0 / float(factor))

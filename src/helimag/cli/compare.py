@@ -37,7 +37,7 @@ def compare(
     comparison = lay_side_by_side(Trajectory.load(measured), Trajectory.load(simulated), align=align)
     if output is not None:
         from helimag import plots
-        from helimag.plots.compare import draw_comparison
+        from helimag.plots import draw_comparison
 
         plots.save(draw_comparison(comparison), output)
     numbers = comparison.numbers

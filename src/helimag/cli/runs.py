@@ -12,8 +12,10 @@ from helimag.cli._shared import (
     check_target,
     degrees,
     print_json,
+    print_warnings,
     progress_bar,
     scenario_from,
+    validity_warnings,
 )
 from helimag.errors import InputError
 from helimag.outcomes import Future
@@ -94,8 +96,10 @@ def simulate(
 
         with progress_bar(f"continuing {chosen.name}") as progress:
             outlook = explain(trajectory, progress=progress)
+    warnings = validity_warnings(trajectory.dataset.attrs)
+    print_warnings(warnings)
     if json:
-        print_json(_report(trajectory) | _outlook_report(outlook))
+        print_json(_report(trajectory) | _outlook_report(outlook) | {"warnings": warnings})
     else:
         _print_summary(chosen, trajectory, output)
         if outlook is not None and outlook.future is not Future.GONE:

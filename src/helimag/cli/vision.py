@@ -56,36 +56,27 @@ def render(
         Of the rig and of all that is random.
     """
     from helimag import quantities as q
+    from helimag import vision
     from helimag.runs.trajectory import Trajectory
-    from helimag.vision.calibration.session import render_session
-    from helimag.vision.synthetic.rendering import render_run
-    from helimag.vision.synthetic.rig import Effects, paper_rig
 
-    if not 0.0 <= dropped < 0.9:
-        raise InputError(f"--dropped must be a share from 0 to 0.9; got {dropped}")
-    effects = Effects(
+    effects = vision.Effects(
         dropped=dropped,
         clock_offset=q.parse(clock_offset, q.TIME),
         reflection=reflection,
         bubble=q.parse(bubble, q.LENGTH),
         seed=seed,
     )
-    rig = paper_rig(seed=seed)
+    rig = vision.paper_rig(seed=seed)
+    begin, length = q.parse(start, q.TIME), None if duration is None else q.parse(duration, q.TIME)
+    film = Trajectory.load(run)
     with progress_bar(f"filming {run.name}") as progress:
-        paths = render_run(
-            Trajectory.load(run),
-            rig,
-            output,
-            effects=effects,
-            kind=f".{kind}",
-            start=q.parse(start, q.TIME),
-            duration=None if duration is None else q.parse(duration, q.TIME),
-            progress=progress,
+        paths = vision.render_run(
+            film, rig, output, effects=effects, kind=f".{kind}", start=begin, duration=length, progress=progress
         )
     rig.save(output / "true-rig.json")
     if boards:
         with progress_bar("photographing the board") as progress:
-            paths["calibration"] = render_session(rig, output, seed=seed, progress=progress)
+            paths["calibration"] = vision.render_session(rig, output, seed=seed, progress=progress)
     for name, path in paths.items():
         print(f"{name:12s}{path}")
 
@@ -111,16 +102,21 @@ def calibrate(
     """
     import sys
 
-    from helimag.vision.calibration.fit import calibrate as fit
-    from helimag.vision.calibration.session import Session
+    from helimag import vision
 
     with progress_bar("calibrating") as progress:
-        result = fit(Session.load(session), refraction=not ignore_refraction, progress=progress)
+        result = vision.calibrate(vision.Session.load(session), refraction=not ignore_refraction, progress=progress)
     result.rig.save(output)
     if json:
         print_json({**result.report, "warnings": result.warnings})
         return
-    report = result.report
+    _print_calibration(result.report)
+    print(f"written to  {output}")
+    for warning in result.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+
+
+def _print_calibration(report: dict[str, Any]) -> None:
     for name, rms in report["intrinsics_rms_px"].items():
         joint = f", joint fit {report['joint_rms_px'][name]:.3f} px" if "joint_rms_px" in report else ""
         print(f"{name:12s}intrinsics {rms:.3f} px rms{joint}")
@@ -135,9 +131,6 @@ def calibrate(
         f"held out    {1e3 * report['held_out_rms_mm']:.0f} µm rms, scale within "
         f"{100 * report['held_out_scale_error']:.3f} %"
     )
-    print(f"written to  {output}")
-    for warning in result.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
 
 
 @app.command
@@ -176,15 +169,12 @@ def track(
         Clip to write: both views with the track drawn on, and the path in space.
     """
     from helimag import quantities as q
-    from helimag.vision.cameras import Rig
-    from helimag.vision.shape import Shape
-    from helimag.vision.tracking.review import review as draw_clip
-    from helimag.vision.tracking.track import track as follow
+    from helimag import vision
 
     gap_length, shape, toml = _known(gap, scenario)
-    calibrated = Rig.load(rig)
+    calibrated = vision.Rig.load(rig)
     with progress_bar("tracking") as progress:
-        run = follow(
+        run = vision.track(
             first,
             second,
             calibrated,
@@ -199,7 +189,7 @@ def track(
     run.save(output)
     if review is not None:
         with progress_bar("drawing the clip") as progress:
-            draw_clip(run, first, second, calibrated, review, shape=shape or Shape(), rate=rate, progress=progress)
+            vision.review(run, first, second, calibrated, review, shape=shape, rate=rate, progress=progress)
     _tell(run, output, json)
 
 
@@ -235,7 +225,7 @@ def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | Non
         return q.parse(gap, q.LENGTH), None, None
     from helimag.engine import initial_gap
     from helimag.scenario import load
-    from helimag.vision.shape import Shape
+    from helimag.vision import Shape
 
     known = load(scenario)
     length = initial_gap(known) if gap is None else q.parse(gap, q.LENGTH)

@@ -9,6 +9,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from helimag.engine.structures import structs
+from helimag.geometry import magnet_start
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
@@ -25,15 +26,8 @@ def initial_gap(scenario: Scenario) -> float:
 
 
 def arm_position(scenario: Scenario) -> Floats:
-    """Position of the RPM at t = 0, lab frame (m): the first of its path, or eq. (1) with either reading of pitch."""
-    drive = scenario.drive
-    if drive.path is not None:
-        return np.array(drive.path.position[0])
-    position: Floats = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
-    if drive.pitch_about == "magnet":
-        return position
-    cos, sin = math.cos(drive.pitch), math.sin(drive.pitch)
-    return np.array([cos * position[0] - sin * position[2], position[1], sin * position[0] + cos * position[2]])
+    """Position of the RPM at t = 0, lab frame (m)."""
+    return magnet_start(scenario.drive)
 
 
 def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:

@@ -1,16 +1,19 @@
 """Run scenarios, one or many, and get labelled trajectories back."""
 
+import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.checks import cautions
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
 from helimag.engine.observe import observed
 from helimag.engine.running import advance
 from helimag.errors import RunError
+from helimag.geometry import long_axes
 from helimag.outcomes import End, Reason
 from helimag.runs.trajectory import Trajectory, versions
 from helimag.scenario import Scenario
@@ -122,7 +125,7 @@ def trajectory_of(history: History) -> Trajectory:
         raise RunError(f"the run '{scenario.name}' {Reason.NUMBERS_BROKE_DOWN.text(time=history.time[-1])}")
     states = history.states
     seen = observed(scenario, history.time, states)
-    long_axis = _long_axis(states)
+    long_axis = long_axes(states[:, 3:])
     heights = history.heights
     return Trajectory.from_arrays(
         history.time,
@@ -149,15 +152,10 @@ def trajectory_of(history: History) -> Trajectory:
             "scenario": scenario.to_toml(),
             "scenario_hash": scenario.hash,
             "versions": versions(),
+            "validity_warnings": json.dumps([caution.as_dict() for caution in cautions([scenario])]),
             "integrator": "DOP853, adaptive",
             "steps": history.steps,
             "rejected_steps": history.rejected,
             "wall_time": history.wall_time,
         },
     )
-
-
-def _long_axis(states: Floats) -> Floats:
-    """Unit vector from helix to head, lab frame: the first column of the rotation matrix."""
-    w, x, y, z = states[:, 3:].T
-    return np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)], axis=1)

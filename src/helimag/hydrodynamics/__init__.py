@@ -29,6 +29,16 @@ def resistance(device: Device, fluid: Fluid) -> NDArray[np.float64]:
     ------
     InputError
         Where the chosen model does not apply to the geometry, or a given matrix is not symmetric positive definite.
+
+    Examples
+    --------
+    A force along the axis of a helix turns it too: translation and rotation are coupled.
+
+    >>> import helimag as hm
+    >>> scenario = hm.load("paper/fig3c")
+    >>> matrix = hm.resistance(scenario.device, scenario.fluid)
+    >>> matrix.shape, bool(abs(matrix[0, 3]) > 0.0)
+    ((6, 6), True)
     """
     choice = device.hydrodynamics
     if choice.resistance is not None:
@@ -40,7 +50,14 @@ def resistance(device: Device, fluid: Fluid) -> NDArray[np.float64]:
 
 
 def mobility(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Inverse of a resistance, through scaling that keeps metres and radians from spoiling its condition."""
+    """Inverse of a resistance, through scaling that keeps metres and radians from spoiling its condition.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> mobility(np.diag([2.0, 2.0, 2.0, 4.0, 4.0, 4.0])).diagonal()
+    array([0.5 , 0.5 , 0.5 , 0.25, 0.25, 0.25])
+    """
     scale = 1.0 / np.sqrt(np.diag(matrix))
     return scale[:, None] * np.linalg.inv(scale[:, None] * matrix * scale) * scale
 

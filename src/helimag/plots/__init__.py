@@ -14,15 +14,27 @@ from helimag.plots._portraits import draw_basin, draw_flow  # noqa: E402
 from helimag.plots._run import draw_run  # noqa: E402
 from helimag.plots._save import save  # noqa: E402
 from helimag.plots._side_by_side import Case, draw_side_by_side  # noqa: E402
+from helimag.plots.compare import draw_comparison  # noqa: E402
+from helimag.plots.robot import draw_cell, draw_joints, save_plan  # noqa: E402
+from helimag.plots.sweeps import Passes, draw_passes, draw_sweep, interactive_sweep, save_html  # noqa: E402
 
 __all__ = [
     "Case",
+    "Passes",
     "animate",
     "draw_basin",
     "draw_branches",
+    "draw_cell",
+    "draw_comparison",
     "draw_flow",
+    "draw_joints",
+    "draw_passes",
     "draw_run",
     "draw_side_by_side",
     "draw_stability",
+    "draw_sweep",
+    "interactive_sweep",
     "save",
+    "save_html",
+    "save_plan",
 ]

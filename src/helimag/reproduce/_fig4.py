@@ -18,6 +18,7 @@ from helimag import quantities as q
 from helimag.errors import FileError
 from helimag.files import replacing
 from helimag.outcomes import Verdict
+from helimag.scenario import Input
 from helimag.sweeps import Axis, Plan, Progress, sweep
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ FINE_RUNS = 81
 
 
 @dataclass(frozen=True)
-class Input:
+class SweptInput:
     """One of the three inputs: its field, kind, and the wide pass in the unit that it is shown in."""
 
     field: str
@@ -41,13 +42,13 @@ class Input:
     @property
     def name(self) -> str:
         """Name of its coordinate."""
-        return self.field.removeprefix("drive.")
+        return Input(self.field).label
 
 
 INPUTS = (
-    Input("drive.pitch", q.ANGLE, 0.0, 24.0, 1.0),
-    Input("drive.distance", q.LENGTH, 130.0, 170.0, 2.0),
-    Input("drive.yaw_rate", q.ANGULAR_RATE, 0.2, 2.0, 0.1),
+    SweptInput("drive.pitch", q.ANGLE, 0.0, 24.0, 1.0),
+    SweptInput("drive.distance", q.LENGTH, 130.0, 170.0, 2.0),
+    SweptInput("drive.yaw_rate", q.ANGULAR_RATE, 0.2, 2.0, 0.1),
 )
 
 
@@ -56,7 +57,7 @@ class Panel:
     """The two passes over one input at one frequency, what the others were, and what came of it (SI)."""
 
     frequency: float
-    input: Input
+    input: SweptInput
     others: Mapping[str, float]
     wide: "xarray.Dataset"
     fine: "xarray.Dataset"
@@ -113,7 +114,7 @@ def characterize(
     folder: Path,
     *,
     frequencies: Sequence[float] = FREQUENCIES,
-    inputs: Sequence[Input] = INPUTS,
+    inputs: Sequence[SweptInput] = INPUTS,
     fine_runs: int = FINE_RUNS,
     duration: str = "1800 s",
     progress: Callable[[float], None] | None = None,
@@ -177,11 +178,11 @@ def _pass(
     return sweep(plan, out=folder / f"{name}.zarr", progress=progress).load()
 
 
-def _texts(each: Input, **values: float) -> dict[str, str]:
+def _texts(each: SweptInput, **values: float) -> dict[str, str]:
     return {name: f"{value:.12g} {each.kind.shown}" for name, value in values.items()}
 
 
-def _around(each: Input, wide: "xarray.Dataset") -> tuple[float, float]:
+def _around(each: SweptInput, wide: "xarray.Dataset") -> tuple[float, float]:
     """The bounded set and a step to each side, or two about the least gain where nothing is bounded (shown unit)."""
     values = wide[each.name].values / q.parse(f"1 {each.kind.shown}", each.kind)
     inside = values[wide["verdict"].values == Verdict.BOUNDED]
@@ -196,7 +197,7 @@ def fig4(
     folder: str | Path,
     *,
     frequencies: Sequence[float] = FREQUENCIES,
-    inputs: Sequence[Input] = INPUTS,
+    inputs: Sequence[SweptInput] = INPUTS,
     fine_runs: int = FINE_RUNS,
     duration: str = "1800 s",
     progress: Callable[[float], None] | None = None,
@@ -218,7 +219,7 @@ def fig4(
         Where the folder or a file cannot be written.
     """
     from helimag import plots
-    from helimag.plots.sweeps import Passes, draw_passes
+    from helimag.plots import Passes, draw_passes
 
     target = Path(folder)
     try:

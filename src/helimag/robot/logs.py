@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from helimag import quantities as q
 from helimag.errors import InputError
+from helimag.geometry import turn
 from helimag.robot.arm.cell import Cell
-from helimag.robot.arm.frames import frames, inverse, rotation, turn
+from helimag.robot.arm.frames import frames, inverse, rotation
 from helimag.robot.arm.path import magnet_path, motor_angle
 from helimag.robot.krl.interpreter import Playback
 from helimag.robot.timed import Table

@@ -66,6 +66,21 @@ def judge(run: Heights) -> Judgement:
     ------
     InputError
         Where the run has no samples, holds values that are not finite, or starts level with the magnet.
+
+    Examples
+    --------
+    A head that sinks by 3 mm within the first minute, 150 mm below the magnet, and stays there:
+
+    >>> time = np.linspace(0.0, 600.0, 101)
+    >>> height = -0.003 * np.minimum(time / 60.0, 1.0)
+    >>> level = np.zeros_like(time)
+    >>> run = Heights(
+    ...     time=time, low=height, high=height, mean=height, attack=level, attack_square=level,
+    ...     slips=0, initial_gap=0.15, end=End.HORIZON,
+    ... )
+    >>> judgement = judge(run)
+    >>> round(judgement.gain, 6), str(judgement.verdict)
+    (0.02, 'bounded')
     """
     for name in ("time", "low", "high", "mean", "attack", "attack_square"):
         values = getattr(run, name)

@@ -1,7 +1,7 @@
 """The device and what it is made of."""
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -116,6 +116,8 @@ Head = Annotated[SphereHead | SpheroidHead | CylinderHead, Field(discriminator="
 class Weight(Part):
     """Weight less buoyancy: either given, or from the densities of the parts."""
 
+    ALTERNATIVES: ClassVar = ({"net_weight", "gravity_center"}, {"helix_density", "head_density"})
+
     net_weight: Force | None = None
     gravity_center: Length | None = None
     helix_density: Density | None = None
@@ -138,7 +140,7 @@ class Weight(Part):
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         present = {name for name in type(self).model_fields if getattr(self, name) is not None}
-        if present not in ({"net_weight", "gravity_center"}, {"helix_density", "head_density"}):
+        if present not in self.ALTERNATIVES:
             got = ", ".join(sorted(present)) or "nothing"
             raise InputError(
                 f"needs either net_weight and gravity_center, or helix_density and head_density; got {got}"

@@ -23,7 +23,11 @@ class Quantity:
 
     def read(self, value: object, info: ValidationInfo) -> float:
         """SI value of text with a unit, or of a number given from Python."""
-        number = self._number(value, in_file=bool(info.context and info.context.get("file")))
+        return self.checked(value, in_file=bool(info.context and info.context.get("file")))
+
+    def checked(self, value: object, *, in_file: bool = False) -> float:
+        """SI value, whose sign is as wanted."""
+        number = self._number(value, in_file=in_file)
         if (self.sign == "positive" and number <= 0.0) or (self.sign == "not negative" and number < 0.0):
             raise InputError(f"must be {self.sign}; got '{q.show(number, self.kind)}'")
         return number

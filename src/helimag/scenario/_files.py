@@ -29,7 +29,14 @@ def _preset_folder() -> Any:
 
 
 def preset_names() -> list[str]:
-    """Names of the presets, such as ``paper/fig3c``."""
+    """Names of the presets, such as ``paper/fig3c``.
+
+    Examples
+    --------
+    >>> import helimag as hm
+    >>> hm.preset_names()[:3]
+    ['paper/fig3a', 'paper/fig3b', 'paper/fig3c']
+    """
     folders = (folder for folder in _preset_folder().iterdir() if folder.is_dir())
     return sorted(
         f"{folder.name}/{file.name.removesuffix('.toml')}"
@@ -53,6 +60,15 @@ def load(scenario: str | Path) -> Scenario:
         Where there is no such preset and no such readable file.
     InputError
         Where the file is not a scenario.
+
+    Examples
+    --------
+    >>> import helimag as hm
+    >>> scenario = hm.load("paper/fig3c")
+    >>> scenario.drive.frequency  # Hz
+    3.3
+    >>> scenario.provenance["device.weight.net_weight"].partition(":")[0]
+    'fitted'
     """
     if str(scenario) in preset_names():
         return parse((_preset_folder() / f"{scenario}.toml").read_text(encoding="utf-8"), str(scenario))

@@ -68,6 +68,13 @@ class Drive(Part):
             raise InputError(f".pitch must be between -90 deg and 90 deg; got '{q.show(self.pitch, q.ANGLE)}'")
         return self
 
+    @property
+    def angles(self) -> tuple[float, float]:
+        """Yaw and pitch of the RPM's rotation axis at t = 0 (rad)."""
+        if self.path is None:
+            return 0.0, self.pitch
+        return next(iter(self.path.yaw), 0.0), next(iter(self.path.pitch), self.pitch)
+
 
 class Walls(Part):
     """Upright walls of the tank, as ranges in lab x and y."""

@@ -56,7 +56,7 @@ def compute(
     sample_times
         (times,): when to keep the state (s), where trajectories are kept.
     threads, progress
-        As for :func:`helimag.engine.simulation.advance`.
+        As for :func:`helimag.engine.advance`.
     """
     rows = empty_rows(len(scenarios), sample_times)
     _say(rows, slice(None), Reason.SCENARIO_REFUSED)

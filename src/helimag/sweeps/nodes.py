@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.outcomes import Verdict
 from helimag.scenario import Scenario, parse
-from helimag.sweeps.design import ResolvedAxis, resolve
 from helimag.sweeps.plan import parse_plan
+from helimag.sweeps.resolved import ResolvedAxis, resolve
 
 if TYPE_CHECKING:
     import xarray

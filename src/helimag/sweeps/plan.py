@@ -8,8 +8,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from helimag.errors import FileError, InputError
 from helimag.files import toml_tables
 from helimag.outcomes import Verdict
-from helimag.scenario import Scenario, preset_names
-from helimag.scenario._fields import Time
+from helimag.scenario import Scenario, Time, preset_names
 
 
 class _Part(BaseModel):
@@ -21,7 +20,7 @@ class Axis(_Part):
 
     A list (``values``), a range (``start``, ``stop``, ``step``), a grid (``start``, ``stop``, ``count``), or, where the
     plan samples, bounds only (``start``, ``stop``). Axes with the same ``zip`` name move together; all others are
-    crossed. ``drive.speed`` is the length of ``drive.velocity``, whose direction stays (x where it is zero).
+    crossed. Fields are the paths of :class:`helimag.scenario.Input`, or of a choice, whose words are given as a list.
     """
 
     field: str

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from helimag.outcomes import Verdict
 from helimag.sweeps.compute import Rows
-from helimag.sweeps.design import resolve
 from helimag.sweeps.engines import Engine, Job, engine
 from helimag.sweeps.export import load_sweep
 from helimag.sweeps.plan import Plan, load_plan
+from helimag.sweeps.resolved import resolve
 from helimag.sweeps.rounds import check_first, chosen, planned
 from helimag.sweeps.store import Store, sample_times
 

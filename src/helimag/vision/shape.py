@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.geometry import CHIRALITY, helix_line
 from helimag.scenario import Device
 
 Floats = NDArray[np.float64]
@@ -32,7 +33,7 @@ class Shape:
             helix_radius=device.helix.radius,
             pitch=device.helix.pitch,
             wire_radius=device.helix.wire_radius,
-            chirality=1.0 if device.helix.handedness == "left" else -1.0,
+            chirality=CHIRALITY[device.helix.handedness],
         )
 
     @property
@@ -66,6 +67,6 @@ class Shape:
     def wire(self, count: int = 73) -> Floats:
         """Points (count, 3) on the helix' centreline in the body frame (m), see the conventions of the model."""
         u = np.linspace(0.0, self.helix_length, count)
-        angle = 2.0 * np.pi * u / self.pitch
-        radius = self.helix_radius
-        return np.stack([-self.head_reach - u, radius * np.cos(angle), self.chirality * radius * np.sin(angle)], axis=1)
+        return helix_line(
+            u, radius=self.helix_radius, pitch=self.pitch, chirality=self.chirality, behind=self.head_reach
+        )

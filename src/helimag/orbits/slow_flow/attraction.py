@@ -1,6 +1,5 @@
 """Basin of attraction of a stable orbit: from which places a device that is let go comes to it."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,6 +12,7 @@ from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats, Problem
 from helimag.orbits.strobe.starts import attitudes, open_water, sense_of, settle, strobed
 from helimag.outcomes import BasinEnd
+from helimag.runs.shares import wilson
 
 FEWEST_TURNS = 12  # of the magnet in a run, so that its later quarters can be compared
 AT = 1e-3  # of the distance: a run that spends its last quarter this near its orbit has come to it
@@ -20,7 +20,6 @@ NEAR = 0.03  # of the distance: this near, it must go no farther in its last qua
 SHRINKS = 0.95  # from the third quarter to the last, of the farthest distance: a run from afar must come nearer
 SHORTEST, LONGEST = 1200.0, 20_000.0  # s, of the runs
 SAMPLES = 160
-SURE = 1.96  # standard deviations on either side of 95 per cent
 WORDS = f"<U{max(map(len, BasinEnd))}"  # text that holds each of them
 
 
@@ -171,11 +170,8 @@ class Agreement:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Where the share of all starts lies, with 95 per cent (Wilson, J. Am. Stat. Assoc. 22, 209, 1927)."""
-        n, p = self.starts.size, self.share
-        middle = (p + SURE**2 / (2.0 * n)) / (1.0 + SURE**2 / n)
-        half = SURE * math.sqrt(p * (1.0 - p) / n + SURE**2 / (4.0 * n**2)) / (1.0 + SURE**2 / n)
-        return max(min(middle - half, p), 0.0), min(max(middle + half, p), 1.0)
+        """Where the share of all starts lies, with 95 per cent."""
+        return wilson(self.share, self.starts.size)
 
     @property
     def text(self) -> str:

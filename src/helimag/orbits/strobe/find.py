@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from helimag.errors import InputError
+from helimag.geometry import long_axes
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.floquet import fast_multipliers, multipliers_of, rates_of
 from helimag.orbits.strobe.newton import Solved, solve
 from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats, Ints, Problem
-from helimag.orbits.strobe.starts import default_box, long_axes, on_grid, open_water, strobed
+from helimag.orbits.strobe.starts import default_box, on_grid, open_water, strobed
 from helimag.outcomes import End, OrbitStatus
 from helimag.scenario import Scenario
 
@@ -222,7 +223,7 @@ def _inside(scenario: Scenario, state: Floats, measures: np.void) -> bool:
     low, high = np.array(open_water(scenario).workspace.box)
     length = scenario.device.head.reach + scenario.device.helix.length
     radii = np.array([scenario.device.head.radius, scenario.device.helix.outer_diameter / 2.0])  # of head and tail
-    ends = state[:2] - np.outer([0.0, length], long_axes(state[None])[0, :2])
+    ends = state[:2] - np.outer([0.0, length], long_axes(state[3:])[:2])
     if scenario.drive.yaw_rate != 0.0:
         reach = np.full(2, np.max(np.linalg.norm(ends, axis=1) + radii))
         least, most = -reach, reach

@@ -1,1 +1,7 @@
-"""Calibration of two cameras and the walls that they look through."""
+"""Calibration: cameras, walls and lab frame from pictures of a board."""
+
+from helimag.vision.calibration.boards import Board
+from helimag.vision.calibration.fit import Calibration, calibrate
+from helimag.vision.calibration.session import Session
+
+__all__ = ["Board", "Calibration", "Session", "calibrate"]

@@ -21,6 +21,7 @@ from helimag.vision.synthetic.rig import SURFACE, Effects, backdrop
 Floats = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
+FOLDERS = (".png", ".tiff")  # kinds of pictures that make a folder instead of a file
 FINE = 8  # sub-pixels a pixel when a body is drawn
 SUBFRAMES = 3  # instants an exposure is averaged over
 COARSEST = 0.05  # longest interval between a run's samples (s): a turn at 3.5 Hz takes 0.29 s
@@ -100,38 +101,41 @@ def render_run(
     effects = effects or Effects()
     shape = shape or _shape_of(run)
     motion = Motion(run)
-    begin = motion.start + start
-    end = motion.end if duration is None else min(motion.end, begin + duration)
-    count = int((end - begin) * effects.rate + 1e-9)
-    if count < 4:
-        raise InputError(f"a film needs at least 4 frames; the chosen part of the run lasts {end - begin:.3g} s")
+    begin, end, count = _span(motion, start, duration, effects.rate)
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     random = np.random.default_rng(effects.seed)
     times = begin + np.arange(count) / effects.rate
     paths: dict[str, Path] = {}
-    kept_times = times
+    shown: list[Floats] = []
     lead = max(0.0, -effects.clock_offset)  # no film may begin before its clock's zero
     for view, camera in enumerate(rig.cameras):
         scene = _scene(rig, view, effects, random)
         shift = 0.0 if view == 0 else 0.37 / effects.rate  # the cameras are not triggered together
         kept = random.uniform(size=count) >= effects.dropped
         kept[[0, -1]] = True
-        shown = times[kept] + shift
-        if view == 0:
-            kept_times = shown
-        pictures = kind if kind in (".png", ".tiff") else None
-        path = target / (camera.name if pictures else f"{camera.name}{kind}")
-        with FilmWriter(path, camera.size, pictures=pictures, rate=effects.rate) as film:
-            for index, time in enumerate(shown):
-                picture = _frame(scene, motion, shape, effects, time, begin, end, random)
-                film.write(picture, time - begin + lead + (effects.clock_offset if view == 1 else 0.0))
+        shown.append(times[kept] + shift)
+        paths[camera.name] = target / (camera.name if kind in FOLDERS else f"{camera.name}{kind}")
+        ahead = lead + (effects.clock_offset if view == 1 else 0.0) - begin
+        pictures = kind if kind in FOLDERS else None
+        with FilmWriter(paths[camera.name], camera.size, pictures=pictures, rate=effects.rate) as film:
+            for index, time in enumerate(shown[view]):
+                film.write(_frame(scene, motion, shape, effects, time, begin, end, random), time + ahead)
                 if progress is not None:
-                    progress((view + index / shown.size) / 2.0)
-        paths[camera.name] = path
+                    progress((view + index / shown[view].size) / 2.0)
     paths["truth"] = target / "truth.nc"
-    _truth(run, motion, kept_times, begin - lead).save(paths["truth"])
+    _truth(run, motion, shown[0], begin - lead).save(paths["truth"])
     return paths
+
+
+def _span(motion: Motion, start: float, duration: float | None, rate: float) -> tuple[float, float, int]:
+    """First and last instant of the part that is filmed (s), and its number of frames."""
+    begin = motion.start + start
+    end = motion.end if duration is None else min(motion.end, begin + duration)
+    count = int((end - begin) * rate + 1e-9)
+    if count < 4:
+        raise InputError(f"a film needs at least 4 frames; the chosen part of the run lasts {end - begin:.3g} s")
+    return begin, end, count
 
 
 def _shape_of(run: Trajectory) -> Shape:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.errors import InputError
 from helimag.vision._cv import cv2
 from helimag.vision.cameras import Camera, Rig, looking
 from helimag.vision.refraction import Wall
@@ -47,6 +48,10 @@ class Effects:
     bubble: float = 0.0
     hidden: tuple[int, float, float] | None = None
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.dropped < 0.9:
+            raise InputError(f"dropped must be a share from 0 to 0.9; got {self.dropped}")
 
 
 def paper_rig(*, seed: int = 0, size: tuple[int, int] = (1280, 1024)) -> Rig:

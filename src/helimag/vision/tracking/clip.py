@@ -37,7 +37,7 @@ def review(
     Parameters
     ----------
     run
-        What :func:`helimag.vision.tracking.track.track` made of the two films.
+        What :func:`helimag.vision.track` made of the two films.
     every
         Show one frame in so many.
     """

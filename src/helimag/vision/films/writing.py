@@ -1,0 +1,104 @@
+"""Films out: H.264 or MJPEG video files and folders of PNG or TIFF; beside first, renamed when complete."""
+
+import shutil
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Self, cast
+
+from helimag.errors import FileError, InputError
+from helimag.vision._cv import cv2
+from helimag.vision.films._av import av
+from helimag.vision.films.pictures import Picture
+from helimag.vision.films.times import write_times
+
+
+class FilmWriter:
+    """Writes a film: .mp4 (H.264), .avi (MJPEG), or a folder of .png or .tiff pictures; renamed when complete.
+
+    Parameters
+    ----------
+    path
+        Of the film; a folder is named by ``path`` with the pictures' kind in ``pictures``.
+    size
+        Width and height (px).
+    colour
+        Whether frames are (height, width, 3) RGB instead of gray.
+    quality
+        H.264 rate factor: lower is better.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        size: tuple[int, int],
+        *,
+        pictures: str | None = None,
+        colour: bool = False,
+        quality: int = 20,
+        rate: float = 30.0,
+    ) -> None:
+        self.path = Path(path)
+        self.pictures = pictures
+        self.colour = colour
+        self.times: list[float] = []
+        self.rate = Fraction(rate).limit_denominator(1001)
+        self.beside = self.path.with_name(f".part.{self.path.name}")
+        if pictures is not None:
+            shutil.rmtree(self.beside, ignore_errors=True)
+            try:
+                self.beside.mkdir(parents=True)
+            except OSError as error:
+                raise FileError(f"{path} cannot be written: {error.strerror}") from None
+            return
+        kinds: dict[str, tuple[str, dict[str, str], str]] = {
+            ".mp4": ("libx264", {"crf": str(quality), "preset": "ultrafast", "g": "60"}, "yuv420p"),
+            ".avi": ("mjpeg", {"qmin": "2", "qmax": "5"}, "yuvj420p"),
+        }
+        if self.path.suffix not in kinds:
+            raise InputError(f"a film must be .mp4 (H.264) or .avi (MJPEG); got '{path}'")
+        codec, options, pixels = kinds[self.path.suffix]
+        try:
+            self.container = av.open(str(self.beside), "w", format=self.path.suffix[1:])
+        except (av.error.FFmpegError, OSError) as error:
+            raise FileError(f"{path} cannot be written: {error.strerror}") from None
+        self.stream = cast(Any, self.container).add_stream(codec, rate=self.rate, options=options)
+        self.stream.width, self.stream.height = size
+        self.stream.pix_fmt = pixels
+        if self.path.suffix == ".mp4":
+            self.stream.codec_context.time_base = Fraction(1, 90000)
+
+    def write(self, picture: Picture, time: float) -> None:
+        """Append a frame taken at a time (s), which must not be negative: players would leave it out."""
+        if time < 0.0:
+            raise InputError(f"a frame's time must not be negative; got {time} s")
+        if self.pictures is not None:
+            name = f"{len(self.times):06d}{self.pictures}"
+            if not cv2.imwrite(str(self.beside / name), picture):
+                raise FileError(f"{self.path / name} cannot be written")
+        else:
+            frame = av.VideoFrame.from_ndarray(picture, format="rgb24" if self.colour else "gray")
+            if self.path.suffix == ".mp4":
+                frame.pts, frame.time_base = round(time * 90000), Fraction(1, 90000)
+            else:
+                frame.pts, frame.time_base = len(self.times), 1 / self.rate
+            self.container.mux(self.stream.encode(frame))
+        self.times.append(time)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if self.pictures is None:
+            if kind is None:
+                self.container.mux(self.stream.encode())
+            self.container.close()
+        if kind is not None:
+            shutil.rmtree(self.beside, ignore_errors=True)
+            self.beside.unlink(missing_ok=True)
+            return
+        if self.pictures is not None:
+            write_times(self.beside / "times.csv", self.times)
+            shutil.rmtree(self.path, ignore_errors=True)
+        self.beside.replace(self.path)
+        if self.pictures is None and self.path.suffix == ".avi":
+            write_times(self.path.with_suffix(".times.csv"), self.times)
