@@ -103,7 +103,7 @@ def _table(text: str, kinds: Mapping[str, q.Kind], needed: Sequence[str], gaps: 
     comments = tuple(line.lstrip().removeprefix("#") for _, line in written if line.lstrip().startswith("#"))
     lines = [(i, line) for i, line in written if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
-        raise InputError("it is empty; a table has a line of heads, such as 'time [s],x [mm]', and two rows or more")
+        raise InputError("it is empty; a table has a line of heads, such as 'time [s]', and two rows or more")
     separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
     heads = _cells(lines[0][1], separator)
     places = _places(heads, lines[0][0], kinds, needed)
