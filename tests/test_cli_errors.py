@@ -8,6 +8,7 @@ import sys
 import pytest
 
 import helimag as hm
+from helimag.hydrodynamics.boundary import cache
 
 TEXT = hm.load("paper/fig3c").to_toml()
 
@@ -153,6 +154,21 @@ def test_resistance_json(helimag):
     assert report["resistance"] == hm.resistance(scenario.device, scenario.fluid).tolist()
     assert report["model"] == "lighthill"
     assert len(report["mobility"]) == 6
+    assert report["bound_violated"] is True  # resistive-force theory of this device is more than an enclosing body's
+    assert report["error_estimate"] is None
+
+
+def test_resistance_of_the_boundary_model(helimag, tmp_path, monkeypatch):
+    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
+    ball = ["--set", "device.helix.length=0.5 mm", "--set", "device.hydrodynamics.model=boundary"]
+    status, out, _ = helimag("resistance", "paper/fig3c", "--json", *ball)
+    report = json.loads(out)
+    assert (status, report["bound_violated"], report["model"]) == (0, False, "boundary")
+    assert 0.0 < report["error_estimate"] <= 0.01
+    _, out, _ = helimag("resistance", "paper/fig3c", *ball)
+    assert "estimated error 0." in out
+    assert "encloses" not in out
+    assert "encloses the device, which cannot be" in helimag("resistance", "paper/fig3c")[1]
 
 
 def test_written_run_is_what_was_run(helimag, tmp_path):

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from helimag.hydrodynamics.boundary.closed import checked
-from helimag.hydrodynamics.boundary.mesh import Mesh, bisected, joined
+from helimag.hydrodynamics.boundary.mesh import Mesh, bisected, halved, joined, quartered
+from helimag.hydrodynamics.boundary.solve import MOST
 from helimag.hydrodynamics.boundary.surfaces import head_surface, wire_surface
 from helimag.scenario import Device
 
 FINENESS = (5, 7, 10, 14, 20)  # facets around the wire, each step halving the triangles' area
-FEWEST = 300  # triangles of a given body, about
-SHRINK = 0.93  # of a given body's longest edge, a step
+FEWEST = 150  # triangles of a given body, about
 
 
 def device_surfaces(device: Device) -> Iterator[Mesh]:
@@ -47,12 +47,9 @@ def _parts(device: Device, fineness: int) -> list[Mesh]:
 
 
 def _finer(mesh: Mesh) -> Iterator[Mesh]:
-    """A given surface with edges halved, at first to some hundred triangles, then to double the number a step."""
+    """A given surface without long edges, then with every triangle cut in four, in two where four are too many."""
     area = float(np.linalg.norm(mesh.area_vectors, axis=1).sum())
-    longest, wanted = min(mesh.longest_edge, 2.5 * math.sqrt(area / FEWEST)), FEWEST
+    fine = bisected(mesh, 2.5 * math.sqrt(area / FEWEST))
     while True:
-        fine = bisected(mesh, longest)
-        if len(fine) >= wanted:
-            yield fine
-            wanted = 2 * len(fine)
-        longest *= SHRINK
+        yield fine
+        fine = quartered(fine) if 4 * len(fine) <= MOST else halved(fine)

@@ -88,14 +88,23 @@ def bisected(mesh: Mesh, longest: float) -> Mesh:
         long = edges.max(axis=1) > longest
         done.append(piece.without(long))
         if long.any():
-            todo.append(_halves(piece.corners[long], edges[long].argmax(axis=1), piece.part[long]))
+            todo.append(halved(Mesh(piece.corners[long], piece.part[long])))
     return Mesh(np.concatenate([m.corners for m in done]), np.concatenate([m.part for m in done]))
 
 
-def _halves(corners: Floats, edge: Integers, part: Integers) -> Mesh:
-    """Two triangles from each, cut from the middle of edge number ``edge`` (n,) to the corner across."""
-    row = np.arange(len(corners))
-    a, b, c = (corners[row, (edge + k) % 3] for k in range(3))
+def halved(mesh: Mesh) -> Mesh:
+    """The same surface with every triangle cut in two, from the middle of its longest edge to the corner across."""
+    edges = np.linalg.norm(np.roll(mesh.corners, -1, axis=1) - mesh.corners, axis=2)
+    row, edge = np.arange(len(mesh)), edges.argmax(axis=1)
+    a, b, c = (mesh.corners[row, (edge + k) % 3] for k in range(3))
     middle = (a + b) / 2.0
     both = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
-    return Mesh(both, np.concatenate([part, part]))
+    return Mesh(both, np.tile(mesh.part, 2))
+
+
+def quartered(mesh: Mesh) -> Mesh:
+    """The same surface with every triangle cut into four of its own shape."""
+    a, b, c = mesh.corners.transpose(1, 0, 2)
+    ab, bc, ca = (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0
+    four = [np.stack(corners, axis=1) for corners in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    return Mesh(np.concatenate(four), np.tile(mesh.part, 4))

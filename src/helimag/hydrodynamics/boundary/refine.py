@@ -8,13 +8,12 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.hydrodynamics.boundary.mesh import Mesh
-from helimag.hydrodynamics.boundary.solve import Plane, surface_resistance
+from helimag.hydrodynamics.boundary.solve import MOST, Plane, surface_resistance
 
 Floats = NDArray[np.float64]
 
-ORDER = 2.0  # of the error in the size of the triangles; measured: 3 on smooth bodies, 2 on wires, 1 at sharp edges
-CAUTION = 2.0  # the estimated error over the extrapolation's last step; covers true orders from 1 to above 3
-MOST = 4600  # triangles: a matrix of 1.5 GB
+ORDER = 1.5  # of the error in the size of the triangles; measured: 3 on smooth bodies, 2 on wires, 1 at sharp edges
+CAUTION = 1.5  # the estimated error over the extrapolation's last step; covers true orders from 0.8 upwards
 SMALL = 0.05  # couplings below this share of their diagonal entries are judged against that share
 
 

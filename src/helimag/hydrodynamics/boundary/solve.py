@@ -14,6 +14,7 @@ from helimag.hydrodynamics.resistive_force import cross_matrices
 
 Floats = NDArray[np.float64]
 
+MOST = 4600  # triangles: a matrix of 1.5 GB
 IMAGES = {"floor": floor_image, "surface": surface_image}
 
 
