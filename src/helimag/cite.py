@@ -26,7 +26,7 @@ def methods(scenario: Scenario, version: str) -> str:
         "gray-hancock": "resistive-force theory with the coefficients of Gray and Hancock",
         "matrix": "a given resistance matrix",
     }[device.hydrodynamics.model]
-    field = {"dipole": "a point dipole", "cylinder": "a uniformly magnetised cylinder (multipoles up to order 9)"}
+    field = {"dipole": "a point dipole", "cylinder": "a uniformly magnetised cylinder (multipoles up to order 15)"}
     pitch = {"origin": "turned about the lab's origin", "magnet": "turned about the magnet's centre"}
     count = "the magnet" if len(scenario.magnet) == 1 else f"{len(scenario.magnet)} magnets, each"
     by_mark: dict[str, list[str]] = {}

@@ -23,7 +23,7 @@ from helimag.physics.kinematics import (
     head_position,
     rotation_matrix,
 )
-from helimag.physics.magnetics import Magnet
+from helimag.physics.magnetics import Magnet, phased_axis
 
 ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
@@ -303,7 +303,7 @@ def build_observe(magnet_model: Callable[..., Any], pose_model: wp.Function) -> 
         times: wp.array(dtype=wp.float64),
         states: wp.array(dtype=State),
         positions: wp.array(dtype=wp.vec3d),
-        moment_axes: wp.array(dtype=wp.vec3d),
+        moments: wp.array(dtype=wp.vec3d),
         fields: wp.array(dtype=wp.vec3d),
         lags: wp.array(dtype=wp.float64),
     ):
@@ -312,7 +312,11 @@ def build_observe(magnet_model: Callable[..., Any], pose_model: wp.Function) -> 
         field, force = load(magnets, pose, head_position(states[i]), wp.vec3d())
         lag = lag_vector(field, states[i])
         positions[i] = pose.position
-        moment_axes[i] = pose.moment_axis
+        rotation_axis = wp.vec3d(pose.rotation[0, 0], pose.rotation[1, 0], pose.rotation[2, 0])
+        moment = wp.vec3d()
+        for j in range(magnets.shape[0]):
+            moment += magnets[j].moment * phased_axis(magnets[j], pose.moment_axis, rotation_axis)
+        moments[i] = moment
         fields[i] = field
         lags[i] = wp.atan2(lag[1], lag[0])
 

@@ -408,16 +408,15 @@ def _observe(scenario: Scenario, times: Floats, states: Floats) -> dict[str, Flo
     kernel = loop.build_observe(MAGNET_MODELS[scenario.magnet[0].field], pose_model(scenario))
     ready(kernel, "cpu")
     count = times.size
-    position, axis, field = (wp.zeros(count, dtype=wp.vec3d, device="cpu") for _ in range(3))
+    position, moment, field = (wp.zeros(count, dtype=wp.vec3d, device="cpu") for _ in range(3))
     lag = wp.zeros(count, dtype=wp.float64, device="cpu")
     drive = pack_drives([scenario], "cpu")
     magnets = wp.array(pack_magnets([scenario])[0], dtype=magnetics.Magnet, device="cpu")
     given = [wp.array(times, dtype=wp.float64, device="cpu"), wp.array(states, dtype=State, device="cpu")]
-    wp.launch(kernel, dim=count, inputs=[drive, magnets, *given, position, axis, field, lag], device="cpu")
-    moment = math.fsum(magnet.moment for magnet in scenario.magnet)
+    wp.launch(kernel, dim=count, inputs=[drive, magnets, *given, position, moment, field, lag], device="cpu")
     return {
         "rpm_position": position.numpy(),
-        "rpm_moment": moment * axis.numpy(),
+        "rpm_moment": moment.numpy(),
         "field": field.numpy(),
         "phase_lag": lag.numpy(),
     }

@@ -12,7 +12,7 @@ import warp as wp
 from helimag.engine import tableau as tab
 from helimag.physics.balance import Body, balance_rates, moment_of
 from helimag.physics.kinematics import RpmPose, State, head_position, normalized
-from helimag.physics.magnetics import Magnet
+from helimag.physics.magnetics import Magnet, phased_axis
 
 ZERO = wp.constant(wp.float64(0.0))
 COMPONENTS = wp.constant(wp.float64(7.0))
@@ -61,9 +61,11 @@ def build_load(magnet_model: Callable[..., Any]) -> wp.Function:
     def load(magnets: wp.array(dtype=Magnet), pose: RpmPose, head: wp.vec3d, m: wp.vec3d):
         field = wp.vec3d()
         force = wp.vec3d()
+        rotation_axis = wp.vec3d(pose.rotation[0, 0], pose.rotation[1, 0], pose.rotation[2, 0])
         for j in range(magnets.shape[0]):
             r = head - pose.position - pose.rotation * magnets[j].offset
-            field_j, force_j = magnet_model(magnets[j], r, pose.moment_axis, m)
+            axis = phased_axis(magnets[j], pose.moment_axis, rotation_axis)
+            field_j, force_j = magnet_model(magnets[j], r, axis, m)
             field += field_j
             force += force_j
         return field, force
