@@ -25,7 +25,7 @@ PAGES = sorted(
 RUN_AS_WRITTEN = (
     "README",
     "docs/tutorial",
-    *(f"docs/howto/{name}" for name in ("write-a-scenario", "simulate", "own-resistance", "orbit")),
+    *(f"docs/howto/{name}" for name in ("write-a-scenario", "simulate", "own-resistance", "orbit", "doctor")),
 )
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 CLOSE = 0.02  # relative; the runs shown are sensitive to rounding, which differs between machines

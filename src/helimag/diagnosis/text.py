@@ -10,7 +10,7 @@ from helimag.diagnosis.scenario import Diagnosis, Travel
 def as_text(found: Diagnosis) -> str:
     """Lines for people: forces, motion, which end leads, where values come from, checks."""
     drive = found.scenario.drive
-    pull, net = (", ".join(f"{1e6 * value:.2f}" for value in force) for force in (found.pull, found.net_force))
+    pull, net = (", ".join(f"{round(1e6 * x, 2) + 0.0:.2f}" for x in force) for force in (found.pull, found.net_force))
     lines = [
         f"{found.scenario.name}: at the start, {1e3 * found.start_distance:.1f} mm from the magnet",
         f"  magnets       {_moment(found)}",
