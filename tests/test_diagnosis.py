@@ -84,12 +84,12 @@ def test_swimming_speed_is_that_of_a_run():
 
 
 def test_roll_relaxes_as_the_orbits_fastest_floquet_rate():
-    """Mean over a turn of the rates in the weakest and the strongest field, at the orbit of Fig. 3(C) at 2.5 Hz."""
+    """It lies between the rates in the weakest and the strongest field: 44 per s of 41 to 83."""
     scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
     orbit = hm.find_orbit(scenario)
     fastest = max(abs(rate.real) for rate in orbit.rates)
     low, high = diagnose(scenario).roll_rates
-    assert low < fastest < high * 1.1
+    assert low < fastest < high
 
 
 def test_pull_of_a_cylinder_is_magpylibs():

@@ -28,7 +28,7 @@ def methods(scenario: Scenario, version: str) -> str:
         "boundary": "a Galerkin boundary-element solution of Stokes flow around the whole device",
         "matrix": "a given resistance matrix",
     }[device.hydrodynamics.model]
-    field = {"dipole": "a point dipole", "cylinder": "a uniformly magnetised cylinder (multipoles up to order 9)"}
+    field = {"dipole": "a point dipole", "cylinder": "a uniformly magnetised cylinder (multipoles up to order 15)"}
     pitch = {"origin": "turned about the lab's origin", "magnet": "turned about the magnet's centre"}
     count = "the magnet" if len(scenario.magnet) == 1 else f"{len(scenario.magnet)} magnets, each"
     by_mark: dict[str, list[str]] = {}

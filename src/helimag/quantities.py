@@ -33,6 +33,7 @@ ACCELERATION = Kind("an acceleration", "m/s^2", "m/s^2", "1 m/s^2")
 TIME = Kind("a time", "s", "s", "1800 s")
 FORCE = Kind("a force", "N", "uN", "28.28 uN")
 MOMENT = Kind("a magnetic moment", "A m^2", "A m^2", "18.89 A m^2")
+REMANENCE = Kind("a flux density", "T", "T", "1.35 T")
 VISCOSITY = Kind("a dynamic viscosity", "Pa s", "Pa s", "1 Pa s")
 DENSITY = Kind("a density", "kg/m^3", "kg/m^3", "971 kg/m^3")
 
@@ -57,6 +58,7 @@ hertz = 1 / second = Hz
 newton = 1000 * gram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 poise = 0.1 * pascal * second = P
+tesla = newton / ampere / meter = T
 """
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*([^\W\d][\w\s/*^·²³°.-]{0,40}|°[\w/]*)?\s*"

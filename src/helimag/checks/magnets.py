@@ -98,8 +98,10 @@ def turning_field(scenario: Scenario) -> Floats:
     rotation = rotation_at_start(scenario)
     axes = np.zeros((3, 2))
     for magnet, place in zip(scenario.magnet, places_at_start(scenario), strict=True):
-        for column, direction in enumerate((rotation[:, 1], rotation[:, 2])):
-            axes[:, column] += np.array(dipole_field(wp.vec3d(*place), wp.vec3d(*(magnet.moment * direction))))
+        cos, sin = math.cos(magnet.phase or 0.0), math.sin(magnet.phase or 0.0)
+        for column, direction in enumerate(([0.0, cos, sin], [0.0, -sin, cos])):
+            moment = magnet.dipole_moment * rotation @ np.array(direction)
+            axes[:, column] += np.array(dipole_field(wp.vec3d(*place), wp.vec3d(*moment)))
     return axes
 
 

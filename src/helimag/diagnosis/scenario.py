@@ -66,6 +66,15 @@ class Diagnosis:
         return net
 
     @property
+    def moment(self) -> tuple[float, float | None]:
+        """Sum of the magnets' moments (A m^2), and half its range: None where that of one is not known."""
+        magnets = self.scenario.magnet
+        ranges = [magnet.dipole_moment_uncertainty for magnet in magnets]
+        known = [half for half in ranges if half is not None]
+        total = math.fsum(magnet.dipole_moment for magnet in magnets)
+        return total, math.fsum(known) if len(known) == len(magnets) else None
+
+    @property
     def margin(self) -> float:
         """Step-out frequency over the drive's."""
         return self.step_out_frequency / abs(self.scenario.drive.frequency)

@@ -11,9 +11,10 @@ from helimag.geometry import magnet_start
 def as_text(found: Diagnosis) -> str:
     """Lines for people: forces, motion, which end leads, where values come from, checks."""
     drive = found.scenario.drive
-    pull, net = (", ".join(f"{1e6 * value:.2f}" for value in force) for force in (found.pull, found.net_force))
+    pull, net = (", ".join(f"{round(1e6 * x, 2) + 0.0:.2f}" for x in force) for force in (found.pull, found.net_force))
     lines = [
         f"{found.scenario.name}: at the start, {1e3 * found.start_distance:.1f} mm from the magnet",
+        f"  magnets       {_moment(found)}",
         f"  pull          ({pull}) uN, mean over a turn in step",
         f"  net weight    {1e6 * found.net_weight:.2f} uN; net force ({net}) uN",
         f"  balance       {_balance(found)}",
@@ -30,6 +31,13 @@ def as_text(found: Diagnosis) -> str:
         f"  {'holds' if check.holds else 'DOES NOT HOLD':13s} {check.name}: {check.message}" for check in found.checks
     ]
     return "\n".join(lines)
+
+
+def _moment(found: Diagnosis) -> str:
+    total, half = found.moment
+    if half is None:
+        return f"{total:.4g} A m^2, how well known is not said"
+    return f"{total:.4g} ± {half:.2g} A m^2; field, pull and step-out share its {100.0 * half / total:.2g} %"
 
 
 def _balance(found: Diagnosis) -> str:
@@ -53,6 +61,8 @@ def as_json(found: Diagnosis) -> dict[str, Any]:
     return {
         "name": found.scenario.name,
         "start_distance_m": found.start_distance,
+        "magnet_moment_a_m2": found.moment[0],
+        "magnet_moment_uncertainty_a_m2": found.moment[1],
         "pull_n": found.pull.tolist(),
         "net_weight_n": found.net_weight,
         "net_force_n": found.net_force.tolist(),

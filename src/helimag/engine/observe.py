@@ -1,6 +1,5 @@
 """What else a trajectory holds beside states: the RPM's pose, the field and the phase lag."""
 
-import math
 from functools import cache
 
 import numpy as np
@@ -12,7 +11,7 @@ from helimag.engine.packing import pack_drives, pack_magnets
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import System, build_load, system_of
 from helimag.physics.kinematics import State, head_position
-from helimag.physics.magnetics import Magnet
+from helimag.physics.magnetics import Magnet, phased_axis
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -30,7 +29,7 @@ def build_observe(system: System) -> wp.Kernel:
         times: wp.array(dtype=wp.float64),
         states: wp.array(dtype=State),
         positions: wp.array(dtype=wp.vec3d),
-        moment_axes: wp.array(dtype=wp.vec3d),
+        moments: wp.array(dtype=wp.vec3d),
         fields: wp.array(dtype=wp.vec3d),
         lags: wp.array(dtype=wp.float64),
     ):
@@ -39,7 +38,11 @@ def build_observe(system: System) -> wp.Kernel:
         field, force = load(magnets, pose, head_position(states[i]), wp.vec3d())
         lag = lag_vector(field, states[i])
         positions[i] = pose.position
-        moment_axes[i] = pose.moment_axis
+        rotation_axis = wp.vec3d(pose.rotation[0, 0], pose.rotation[1, 0], pose.rotation[2, 0])
+        moment = wp.vec3d()
+        for j in range(magnets.shape[0]):
+            moment += magnets[j].moment * phased_axis(magnets[j], pose.moment_axis, rotation_axis)
+        moments[i] = moment
         fields[i] = field
         lags[i] = wp.atan2(lag[1], lag[0])
 
@@ -51,16 +54,15 @@ def observed(scenario: Scenario, times: Floats, states: Floats) -> dict[str, Flo
     kernel = build_observe(system_of(scenario))
     ready(kernel, "cpu")
     count = times.size
-    position, axis, field = (wp.zeros(count, dtype=wp.vec3d, device="cpu") for _ in range(3))
+    position, moment, field = (wp.zeros(count, dtype=wp.vec3d, device="cpu") for _ in range(3))
     lag = wp.zeros(count, dtype=wp.float64, device="cpu")
     drive = pack_drives([scenario], "cpu")
     magnets = wp.array(pack_magnets([scenario])[0], dtype=Magnet, device="cpu")
     given = [wp.array(times, dtype=wp.float64, device="cpu"), wp.array(states, dtype=State, device="cpu")]
-    wp.launch(kernel, dim=count, inputs=[drive, magnets, *given, position, axis, field, lag], device="cpu")
-    moment = math.fsum(magnet.moment for magnet in scenario.magnet)
+    wp.launch(kernel, dim=count, inputs=[drive, magnets, *given, position, moment, field, lag], device="cpu")
     return {
         "rpm_position": position.numpy(),
-        "rpm_moment": moment * axis.numpy(),
+        "rpm_moment": moment.numpy(),
         "field": field.numpy(),
         "phase_lag": lag.numpy(),
     }

@@ -19,6 +19,8 @@ from helimag.scenario import Magnet as MagnetModel
 
 Floats = NDArray[np.float64]
 
+THICKEST_SLICE = 1.0  # of the diameter; a thicker cylinder is cut into slices, so that its multipoles converge
+
 
 def initial_gap(scenario: Scenario) -> float:
     """Input u of the gain: height difference of RPM and device at the start (m), eq. (5)."""
@@ -86,29 +88,40 @@ def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     rows: list[dict[str, object]] = []
     for scenario in scenarios:
         for magnet in scenario.magnet:
-            rows.append({"offset": magnet.offset, "moment": magnet.moment, "multipoles": multipoles(magnet)})
+            rows.append(_magnet(magnet))
         # where a magnet is already: elsewhere, a device could touch what is not there
         rows += [{"offset": scenario.magnet[0].offset}] * (most - len(scenario.magnet))
     return structs(magnetics.Magnet, rows).reshape(len(scenarios), most)
 
 
 @lru_cache(maxsize=64)
-def multipoles(magnet: MagnetModel) -> Floats:
-    """Axial multipole moments of a cylinder magnetised along its axis, by order (A m^(order + 1)).
+def _magnet(magnet: MagnetModel) -> dict[str, object]:
+    slices = math.ceil(magnet.height / (THICKEST_SLICE * 2.0 * magnet.radius))
+    phase = magnet.phase or 0.0
+    return {
+        "offset": magnet.offset,
+        "moment": magnet.dipole_moment,
+        "cos_phase": math.cos(phase),
+        "sin_phase": math.sin(phase),
+        "slices": slices,
+        "thickness": magnet.height / slices,
+        "multipoles": multipoles(magnet.dipole_moment / slices, magnet.radius, magnet.height / slices),
+    }
+
+
+def multipoles(moment: float, radius: float, height: float) -> Floats:
+    """Axial multipole moments of a cylinder magnetised along its axis: orders 1, 3, 5 ... (A m^(order + 1)).
 
     Its ends are discs of opposite charge: order n is the moment, over half the height, times the mean of r^n P_n on a
     disc.
     """
     orders = int(magnetics.HIGHEST_ORDER) + 1
-    half = magnet.height / 2.0
+    half = height / 2.0
     nodes, weights = np.polynomial.legendre.leggauss(orders)
-    distance = np.hypot(half, magnet.radius * np.sqrt((1.0 + nodes) / 2.0))
+    distance = np.hypot(half, radius * np.sqrt((1.0 + nodes) / 2.0))
     legendre = np.polynomial.legendre.legvander(half / distance, orders - 1)
     powers = distance[:, None] ** np.arange(orders)
-    moments = magnet.moment / half * (weights / 2.0) @ (powers * legendre)
-    moments[::2] = 0.0
-    moments.flags.writeable = False
-    return np.asarray(moments)
+    return np.asarray(moment / half * (weights / 2.0) @ (powers * legendre))[1::2]
 
 
 def start_state(scenario: Scenario) -> Floats:

@@ -63,8 +63,9 @@ class Scenario(Part):
 
     @property
     def hash(self) -> str:
-        """SHA-256 of all that decides the run; names and provenance do not."""
-        decisive = self.model_dump(mode="python", exclude={"name", "provenance"}, exclude_none=True)
+        """SHA-256 of all that decides the run; names, provenance and uncertainties do not."""
+        idle: Any = {"name": True, "provenance": True, "magnet": {"__all__": {"moment_uncertainty"}}}
+        decisive = self.model_dump(mode="python", exclude=idle, exclude_none=True)
         return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
 
     def replaced(self, changes: Mapping[str, object]) -> "Scenario":
@@ -135,6 +136,8 @@ class Scenario(Part):
 def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _without_none(item) for key, item in value.items() if item is not None}
+    if isinstance(value, list):
+        return [_without_none(item) for item in value]
     return value
 
 
@@ -152,7 +155,7 @@ def messages(error: ValidationError) -> Iterator[str]:
     for problem in error.errors():
         steps = [str(step) for step in problem["loc"]]
         kept = [step for i, step in enumerate(steps) if not (step in {"sphere", "spheroid", "cylinder"} and i == 2)]
-        where = ".".join(kept).replace("magnet.0.", "magnet.")
+        where = ".".join([*kept, ""]).replace("magnet.0.", "magnet.").removesuffix(".")
         text = problem["msg"].removeprefix("Value error, ")
         match problem["type"]:
             case "missing":

@@ -232,6 +232,6 @@ def _packed_bodies(scenarios: Sequence[Scenario]) -> tuple[NDArray[np.void], Flo
             seen[key] = len(firsts)
             firsts.append(scenario)
     bodies = pack_bodies(firsts)[[seen[key] for key in keys]]
-    moments = np.array([math.fsum(abs(magnet.moment) for magnet in scenario.magnet) for scenario in scenarios])
+    moments = np.array([math.fsum(magnet.dipole_moment for magnet in scenario.magnet) for scenario in scenarios])
     spin = bodies["mobility"].reshape(len(keys), 6, 6)[:, 3, 3]
     return bodies, 2e-7 * moments * bodies["magnetic_moment"] * spin
