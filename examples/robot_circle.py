@@ -24,7 +24,7 @@ with tempfile.TemporaryDirectory() as folder:
 playback = robot.play(src, dat, cell.arm, interval=0.25)
 found = robot.deviation(lap, playback)
 print(f"read back: {1e6 * found.position:.3f} um, {found.axis:.1e} rad, {100 * found.timing:.4f} % of the time")
-replay = hm.simulate(robot.replayed(scenario, robot.log_of_playback(playback, scenario), "lap.src"))
+replay = hm.simulate(robot.replayed(scenario, robot.log_of_playback(playback, scenario, cell), "lap.src"))
 # the magnet is compared, not the device: while it slips against the field, a run of Fig. 3 amplifies any difference
 apart = np.abs(replay.dataset.rpm_position.values - run.dataset.rpm_position.values).max()
 turned = np.abs(replay.dataset.rpm_moment.values - run.dataset.rpm_moment.values).max() / scenario.magnet[0].moment

@@ -101,7 +101,7 @@ def test_written_path_read_back_gives_the_planned_run(name, tmp_path):
     planned = simulate(scenario)
     log = read_log(written_path(scenario, tmp_path), CELL)
     found = plan(scenario, CELL)
-    krl = log_of_playback(play(*write_krl(found, "run"), CELL.arm, interval=0.25), scenario)
+    krl = log_of_playback(play(*write_krl(found, "run"), CELL.arm, interval=0.25), scenario, CELL)
     exact = log_of(timed_table(found), found.reversed_axis)
     for one, tolerance in ((log, 1e-8), (exact, 1e-8), (krl, 1e-6)):
         run = simulate(replayed(scenario, one, "log"))

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from helimag.robot import Deviation, Plan
+    from helimag.robot import Deviation, Plan, Playback
     from helimag.runs import Judgement
     from helimag.runs.trajectory import Trajectory
+
+SHOWN = 10  # differences
 
 
 def judged(run: "Trajectory") -> dict[str, Any]:
@@ -25,7 +27,7 @@ def judged(run: "Trajectory") -> dict[str, Any]:
     }
 
 
-def deviation_data(found: "Deviation", plan: "Plan") -> dict[str, Any]:
+def deviation_data(found: "Deviation", plan: "Plan", playback: "Playback") -> dict[str, Any]:
     """A programme's deviations from its plan as plain data."""
     return {
         "position_m": found.position,
@@ -33,16 +35,24 @@ def deviation_data(found: "Deviation", plan: "Plan") -> dict[str, Any]:
         "timing": found.timing,
         "duration_s": found.duration,
         "planned_duration_s": plan.duration,
+        "differences": list(found.differences),
+        "override_set": playback.override_set,
         "acceptable": found.acceptable,
     }
 
 
-def print_deviation(found: "Deviation", plan: "Plan", source: Path) -> None:
+def print_deviation(found: "Deviation", plan: "Plan", playback: "Playback", source: Path) -> None:
     """A programme's deviations from its plan in words."""
     print(f"{source} against the plan of {plan.scenario.name}")
     print(f"  position  within {1e6 * found.position:.3f} um")
-    print(f"  axis      within {found.axis:.2e} rad")
+    print(f"  attitude  within {found.axis:.2e} rad")
     print(f"  timing    within {100.0 * found.timing:.4f} %  ({found.duration:.2f} s, planned {plan.duration:.2f} s)")
+    if not playback.override_set:
+        print("  override  not set by the programme; taken as 100 %")
+    for difference in found.differences[:SHOWN]:
+        print(f"  differs   {difference}")
+    if len(found.differences) > SHOWN:
+        print(f"  differs   in {len(found.differences) - SHOWN} more places")
 
 
 def outcome_data(kind: str, runs: "Sequence[Judgement]") -> dict[str, Any]:

@@ -127,14 +127,16 @@ def read_back(
     from helimag.errors import RunError
 
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
-    found = robot.deviation(plan, robot.play(*robot.krl_texts(source), plan.cell.arm))
+    playback = robot.play(*robot.krl_texts(source), plan.cell.arm)
+    found = robot.deviation(plan, playback)
     if json:
-        print_json(deviation_data(found, plan))
+        print_json(deviation_data(found, plan, playback))
     else:
-        print_deviation(found, plan, source)
+        print_deviation(found, plan, playback, source)
     if not found.acceptable:
         raise RunError(
-            f"{source} is not the programme of this scenario and cell: it differs by more than 1 um, 1e-6 rad or 0.1 %"
+            f"{source} is not the programme of this scenario and cell: it differs by more than 1 um, 1e-6 rad or "
+            "0.1 %, or in what it sets"
         )
 
 
@@ -238,7 +240,7 @@ def _log(path: Path, scenario: "Scenario", cell: Path | None) -> Any:
 
     chosen = _cell(cell)
     if path.suffix.lower() == ".src":
-        return robot.log_of_playback(robot.play(*robot.krl_texts(path), chosen.arm, interval=0.1), scenario)
+        return robot.log_of_playback(robot.play(*robot.krl_texts(path), chosen.arm, interval=0.1), scenario, chosen)
     return robot.read_log(path, chosen)
 
 

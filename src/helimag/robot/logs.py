@@ -94,12 +94,13 @@ def log_of(table: Table, reversed_axis: bool) -> Log:
     return Log(table.time[keep], table.tool[keep], table.motor[keep], reversed_axis)
 
 
-def log_of_playback(playback: Playback, scenario: Scenario) -> Log:
-    """What a programme does, as a log without a motor, its axis the way round that fits the scenario's start."""
+def log_of_playback(playback: Playback, scenario: Scenario, cell: Cell) -> Log:
+    """What a programme does in a cell, as a log without a motor, its axis the way round that fits the start."""
     keep = np.append(np.diff(playback.time) > CLOSEST, True)
     time = playback.time[keep]
     start = magnet_path(scenario).at(np.zeros(1)).axis[0]
-    return Log(time - time[0], playback.pose[keep], None, bool(playback.pose[0, :3, 0] @ start < 0.0))
+    pose = playback.tool(cell)
+    return Log(time - time[0], pose[keep], None, bool(pose[0, :3, 0] @ start < 0.0))
 
 
 def replayed(scenario: Scenario, log: Log, source: str) -> Scenario:

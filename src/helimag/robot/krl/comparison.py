@@ -1,36 +1,54 @@
-"""What a programme does, against the plan it was written from."""
+"""What a programme does, against the plan it was written from: where the magnet is, when, and what was set."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.robot.arm.path import tool_frames
 from helimag.robot.arm.planning import Plan
+from helimag.robot.krl.instructions import Order, instructions
 from helimag.robot.krl.interpreter import Playback
+from helimag.robot.krl.machine import ROUNDING, Leg
+from helimag.robot.krl.settings import DEFAULTS, Setting
+from helimag.robot.krl.values import single
+from helimag.robot.krl.writer import APPROACH, APPROACH_SPEED, number, standing
 
 Floats = NDArray[np.float64]
 
 POSITION = 1e-6  # m; these three are what a programme is held to
 AXIS = 1e-6  # rad
 TIMING = 1e-3  # of the duration
+JOINTS = 1e-6  # rad; at the ends of joint motions
+PACE = 2e-3  # of a motion's own duration: how much later or earlier it may make the arm
+SINGLE = 1e-6  # of a setting: single precision after a little arithmetic
 ARM = 1.0  # m; weighs axis against position where times are matched: a yawing axis tells the time best
 STEP = 1e-3  # s; of the differences that give the speed
 SLACK = 1e-3  # s; programme times carry the rounding of the speeds
+_ON_PATH = frozenset({"lin", "circ", "spl", "lin_rel"})
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """Largest deviations of a programme: position (m), rotation axis (rad), timing (share of the duration)."""
+    """Largest deviations of a programme: position (m), attitude (rad), timing (share of the duration).
+
+    The attitude is the tool's: its x axis is the magnet's rotation axis, and a turn about that turns the magnet too.
+
+    ``differences`` are settings, joint angles and outputs that are not the plan's, each in a line of words.
+    """
 
     position: float
     axis: float
     timing: float
     duration: float
+    differences: tuple[str, ...] = ()
 
     @property
     def acceptable(self) -> bool:
-        """Whether all three are within 1 um, 1e-6 rad and 0.1 %."""
-        return self.position < POSITION and self.axis < AXIS and self.timing < TIMING
+        """Whether all three are within 1 um, 1e-6 rad and 0.1 %, and nothing else differs."""
+        within = self.position < POSITION and self.axis < AXIS and self.timing < TIMING
+        return within and not self.differences
 
 
 def deviation(plan: Plan, playback: Playback) -> Deviation:
@@ -39,24 +57,41 @@ def deviation(plan: Plan, playback: Playback) -> Deviation:
     Every pose of the programme is held against the nearest planned pose around its time: what is left is the
     deviation in position and axis, and how far in time that pose lies is the deviation in timing, as is the
     difference in duration with the ramps of start and stop. An unwinding is compared in position only: the rotation
-    axis leaves the path there on purpose.
+    axis leaves the path there on purpose. Every setting that could change a motion is held against what the plan
+    would have written, whether the motions at hand need it or not.
     """
+    from scipy.spatial.transform import Rotation
+
     times, unwinding = path_time(plan, playback.time)
     sign = -1.0 if plan.reversed_axis else 1.0
-    position, axis = playback.pose[:, :3, 3], sign * playback.pose[:, :3, 0]
-    late = np.where(unwinding, 0.0, _lateness(plan, times, position, axis))
+    pose = playback.tool(plan.cell)
+    position, axis = pose[:, :3, 3], sign * pose[:, :3, 0]  # of the magnet
+    late, rate = _lateness(plan, times, position, axis)
+    late = np.where(unwinding, 0.0, late)
     planned = plan.path.at(_inside(plan, times - late))
     away = np.linalg.norm(position - planned.position, axis=1)
-    chord = np.linalg.norm(axis - planned.axis, axis=1)
-    turned = 2.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0))
+    wanted = tool_frames(planned, plan.roll, plan.reversed_axis)[:, :3, :3]
+    # the whole tool is held to its attitude: a turn about the motor's axis would turn the magnet with it
+    turned = Rotation.from_matrix(np.swapaxes(wanted, 1, 2) @ pose[:, :3, :3]).magnitude()
     late_at_end = playback.duration - plan.duration
     timing = max(float(np.abs(late).max()), abs(late_at_end)) / plan.duration
-    return Deviation(float(away.max()), float(turned[~unwinding].max()), timing, playback.duration)
+    differences = (
+        *_paces(plan, playback, late, rate),
+        *_settings(plan, playback),
+        *_joints(plan, playback),
+        *_switches(plan, playback),
+    )
+    off_axis = float(turned[~unwinding].max())
+    return Deviation(float(away.max()), off_axis, timing, playback.duration, tuple(dict.fromkeys(differences)))
 
 
-def _lateness(plan: Plan, times: Floats, position: Floats, axis: Floats) -> Floats:
-    """How much later (s) than planned the magnet is where it is: Gauss-Newton on position and ``ARM`` times axis."""
+def _lateness(plan: Plan, times: Floats, position: Floats, axis: Floats) -> tuple[Floats, Floats]:
+    """How much later (s) than planned the magnet is where it is, and the rate (m/s) of what tells the time.
+
+    Gauss-Newton on position and ``ARM`` times axis.
+    """
     late = np.zeros_like(times)
+    square = np.zeros_like(times)
     for _ in range(2):
         now = times - late
         before, here, after = (plan.path.at(_inside(plan, now + shift)) for shift in (-STEP, 0.0, STEP))
@@ -65,7 +100,7 @@ def _lateness(plan: Plan, times: Floats, position: Floats, axis: Floats) -> Floa
         ahead = np.concatenate([position - here.position, ARM * (axis - here.axis)], axis=1)
         square = np.einsum("ni,ni->n", rate, rate)
         late -= np.where(square > 0.0, np.einsum("ni,ni->n", ahead, rate) / np.where(square > 0.0, square, 1.0), 0.0)
-    return late
+    return late, np.sqrt(square)
 
 
 def _inside(plan: Plan, times: Floats) -> Floats:
@@ -86,3 +121,128 @@ def path_time(plan: Plan, times: Floats) -> tuple[Floats, NDArray[np.bool_]]:
             inside, unwound.time, np.where(times >= begin + unwound.duration - SLACK, times - delay, path_times)
         )
     return path_times, unwinding
+
+
+def _paces(plan: Plan, playback: Playback, late: Floats, rate: Floats) -> Iterator[str]:
+    """Motions that are faster or slower than planned, though the programme as a whole is in time.
+
+    A programme with as many motions as the plan is held to the plan's times one by one; another, which may cut the same
+    path into other pieces, to losing or gaining no time in a motion.
+    """
+    legs = [leg for leg in playback.legs if leg.order in _ON_PATH]
+    times = _planned_times(plan)
+    for i, leg in enumerate(legs):
+        took = float(playback.time[leg.last] - playback.time[leg.first])
+        known = max(float(min(rate[leg.first], rate[leg.last])), 1e-12)
+        if len(legs) == len(times):
+            off = abs(took - times[i])
+        else:
+            off = abs(float(late[leg.last] - late[leg.first])) if leg.length > ROUNDING else 0.0
+        if off > PACE * took + POSITION / known:
+            yield f"line {leg.line}: the motion takes {took:.6g} s, {off:.3g} s off the plan"
+
+
+def _planned_times(plan: Plan) -> list[float]:
+    """How long (s) each motion along the path takes as it is written: to the start, and back to it after unwinding."""
+    times = [0.0]
+    for order in instructions(plan):
+        if order.order is Order.JOINTS:
+            times.append(0.0)
+        elif order.order is not Order.WAIT:
+            times.append(order.end - order.begin)
+    return times
+
+
+def _settings(plan: Plan, playback: Playback) -> Iterator[str]:
+    """Settings that are not the plan's at a motion, or at the end."""
+    wanted = {name: _value(text) for name, text in standing(plan).items()}
+    speeds = {_value(number(order.speed, 10)) for order in instructions(plan) if order.order in {Order.LINE, Order.ARC}}
+    for i, leg in enumerate(playback.legs):
+        allowed: dict[str, set[Setting]] = {name: {value} for name, value in wanted.items()}
+        percents = {float(APPROACH) if i == 0 else float(plan.cell.joint_percent)}
+        if leg.order != "ptp":
+            percents.add(float(APPROACH))
+        allowed |= {f"$VEL_AXIS[{axis}]": set(percents) for axis in range(1, 7)}
+        if leg.length <= ROUNDING:  # longer ones tell by their timing
+            approach = _value(number(APPROACH_SPEED, 10))
+            allowed["$VEL.CP"] = {approach} if i == 1 else {approach, *speeds}
+        yield from _unlike(leg, allowed)
+        if i > 1 and leg.override not in {None, 100.0}:
+            yield f"{_where(leg)}: $OV_PRO is {leg.override:g}; the plan has 100"
+
+
+def _value(text: str) -> Setting:
+    return text if text.startswith("#") else single(float(text))
+
+
+def _unlike(leg: Leg, allowed: dict[str, set[Setting]]) -> Iterator[str]:
+    """Differences between what is set at one motion and what may be; what the plan leaves alone must be left alone."""
+    for name in _standing(allowed):
+        if name not in leg.settings:
+            yield f"{_where(leg)}: {name} is not set"
+    for name, value in leg.settings.items():
+        choices = allowed.get(name)
+        if choices is None and (name == "$VEL.CP" or value == DEFAULTS.get(name)):
+            continue
+        if choices is None:
+            yield f"{_where(leg)}: {name} is {_shown(value)}; the plan leaves it as it is"
+        elif not any(_alike(value, choice) for choice in choices):
+            planned = " or ".join(map(_shown, sorted(choices, key=str)))
+            yield f"{_where(leg)}: {name} is {_shown(value)}; the plan has {planned}"
+
+
+def _standing(allowed: dict[str, set[Setting]]) -> list[str]:
+    """The settings that must not be left to the controller; a speed that a motion lacks has been refused before."""
+    return [name for name in allowed if name not in {"$VEL.CP", *(f"$VEL_AXIS[{axis}]" for axis in range(1, 7))}]
+
+
+def _alike(value: Setting, planned: Setting) -> bool:
+    """Equal words, or numbers equal to the rounding of single precision."""
+    if isinstance(value, str) or isinstance(planned, str):
+        return value == planned
+    return abs(value - planned) <= SINGLE * abs(planned)
+
+
+def _where(leg: Leg) -> str:
+    return "at the end" if leg.order == "end" else f"line {leg.line}"
+
+
+def _shown(value: Setting) -> str:
+    return value if isinstance(value, str) else f"{value:.9g}"
+
+
+def _joints(plan: Plan, playback: Playback) -> Iterator[str]:
+    """Joint motions that do not end where the plan has the joints: a wrist may be whole turns off in the same pose."""
+    times = [0.0, *(unwinding.time for unwinding in plan.unwindings)]
+    wanted = [plan.joints[int(np.searchsorted(plan.times, time - 1e-9))] for time in times]
+    found = [leg for leg in playback.legs if leg.order in {"ptp", "ptp_rel"}]
+    if len(found) != len(wanted):
+        yield f"the programme has {len(found)} joint motions; the plan has {len(wanted)}"
+    for leg, joints in zip(found, wanted, strict=False):
+        off = np.abs(leg.joints - joints)
+        if off.max() > JOINTS:
+            worst = int(np.argmax(off))
+            yield (
+                f"{_where(leg)}: A{worst + 1} goes to {np.degrees(leg.joints[worst]):.6f} deg; "
+                f"the plan has {np.degrees(joints[worst]):.6f} deg"
+            )
+    ends = [leg for leg in playback.legs if leg.order == "end"]
+    last = plan.joints[-1]
+    if ends and np.abs(ends[-1].joints - last).max() > np.pi:
+        yield "at the end the wrist is whole turns off the plan's"
+
+
+def _switches(plan: Plan, playback: Playback) -> Iterator[str]:
+    """Outputs that are switched otherwise than planned."""
+    output = plan.cell.start_output
+    late = TIMING * plan.duration
+    wanted = [] if output is None else [(0.0, int(output), True), (plan.duration, int(output), False)]
+    found = [(switch.time, switch.output, switch.on) for switch in playback.switches]
+    if [entry[1:] for entry in found] != [entry[1:] for entry in wanted]:
+        yield f"outputs: the programme switches {_switched(found)}; the plan {_switched(wanted)}"
+    elif any(abs(a[0] - b[0]) > late for a, b in zip(found, wanted, strict=True)):
+        yield "outputs are not switched at the beginning and the end of the path"
+
+
+def _switched(entries: list[tuple[float, int, bool]]) -> str:
+    return ", ".join(f"$OUT[{output}]={'TRUE' if on else 'FALSE'}" for _, output, on in entries) or "none"

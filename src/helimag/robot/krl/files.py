@@ -2,19 +2,37 @@
 
 from pathlib import Path
 
-from helimag.files import text_of
+from helimag.errors import FileError, InputError
 
 
 def krl_texts(source: str | Path) -> tuple[str, str]:
-    """Texts of a .src file and of the .dat file beside it, which may be missing.
+    """Texts of a .src file and of the .dat file beside it, which may be missing; capitals in the names do not matter.
+
+    The code itself is ASCII; comments are written in whatever encoding the editor had, and are not looked at.
 
     Raises
     ------
     FileError
-        Where a file cannot be read.
+        Where a file cannot be read, or there are two .dat files to choose from.
     InputError
         Where a file is not text.
     """
     path = Path(source)
-    beside = path.with_suffix(".dat")
-    return text_of(path), text_of(beside) if beside.exists() else ""
+    src = _text(path)
+    beside = [other for other in path.parent.iterdir() if other.name.lower() == f"{path.stem}.dat".lower()]
+    if len(beside) > 1:
+        names = " and ".join(sorted(other.name for other in beside))
+        raise FileError(f"there must be one .dat file beside '{path}'; there are {names}")
+    return src, _text(beside[0]) if beside else ""
+
+
+def _text(path: Path) -> str:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise FileError(f"there is no file '{path}'") from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if b"\0" in data:
+        raise InputError(f"{path} is not a text file")
+    return data.decode("utf-8-sig" if data.startswith(b"\xef\xbb\xbf") else "latin-1")

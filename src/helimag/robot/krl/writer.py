@@ -206,7 +206,6 @@ def write_krl(plan: Plan, name: str, header: Sequence[str] = (), *, spline: bool
 
 def _opening(plan: Plan, name: str, header: Iterable[str], spline: bool) -> Iterator[str]:
     cell = plan.cell
-    turn_speeds = number(math.degrees(_turn_speed(plan)), 10)
     yield from ("&ACCESS RVP", "&REL 1", f"DEF {name} ( )")
     yield from (comment(line) for line in header)
     yield from (
@@ -219,21 +218,31 @@ def _opening(plan: Plan, name: str, header: Iterable[str], spline: bool) -> Iter
         ";ENDFOLD (INI)",
         f"$BASE={{{pose(frame_pose(cell.lab_in_base))}}}",
         f"$TOOL={{{pose(frame_pose(cell.tool_in_flange))}}}",
-        "$IPO_MODE=#BASE",
-        "$ORI_TYPE=#VAR",
-        "$CIRC_TYPE=#PATH",
-        "$ADVANCE=3",
-        f"$ACC.CP={number(cell.acceleration, 6)}",
-        f"$APO.CDIS={number(1e3 * cell.approximation, 6)}",
-        "$APO.CORI=0.5",
+        *(f"{name}={value}" for name, value in standing(plan).items()),
         f"$VEL.CP={number(APPROACH_SPEED, 10)}",
-        f"$VEL.ORI1={turn_speeds}",
-        f"$VEL.ORI2={turn_speeds}",
     )
     yield from _joint_speed(APPROACH)
     yield "PTP XSTART"
     # joint angles in single precision are off by some 50 nm; a pose in the lab frame is not
     yield f"{'S' if spline else ''}LIN XBEGIN"
+    # half an override halves the arm and not the magnet; whoever wants one on the way to the start may have it
+    yield "$OV_PRO=100"
+
+
+def standing(plan: Plan) -> dict[str, str]:
+    """The settings that stand from the first motion to the last, by name, as they are written."""
+    turn_speeds = number(math.degrees(_turn_speed(plan)), 10)
+    return {
+        "$IPO_MODE": "#BASE",
+        "$ORI_TYPE": "#VAR",
+        "$CIRC_TYPE": "#PATH",
+        "$ADVANCE": "3",
+        "$ACC.CP": number(plan.cell.acceleration, 6),
+        "$APO.CDIS": number(1e3 * plan.cell.approximation, 6),
+        "$APO.CORI": "0.5",
+        "$VEL.ORI1": turn_speeds,
+        "$VEL.ORI2": turn_speeds,
+    }
 
 
 def _turn_speed(plan: Plan) -> float:

@@ -1,0 +1,290 @@
+"""Carry out a programme statement by statement: declarations, assignments, branches, loops, sub-programmes."""
+
+from collections.abc import Sequence
+from enum import Enum, auto
+from typing import Any
+
+from helimag.errors import InputError
+from helimag.robot.krl.basics import bas
+from helimag.robot.krl.grammar import tree_of
+from helimag.robot.krl.machine import Machine
+from helimag.robot.krl.routines import Block, Line, Module, Refused, Routine, Statement
+from helimag.robot.krl.values import Reference, Store, Value, evaluate, reference_of
+
+MOST = 200_000  # statements that are carried out
+DEEPEST = 20  # calls within calls
+# what every controller has declared
+_GLOBAL = {
+    "TOOL_DATA": "FRAME",
+    "BASE_DATA": "FRAME",
+    "LOAD_DATA": "LOAD",
+    "FDAT_ACT": "FDAT",
+    "LDAT_ACT": "LDAT",
+    "PDAT_ACT": "PDAT",
+}
+_STOP_MESSAGES = ("3", "$STOPMESS==TRUE", "IR_STOPM")  # the one interrupt of every programme: it reports stops
+
+
+class _Flow(Enum):
+    """What comes after a statement."""
+
+    NEXT = auto()
+    EXIT = auto()  # of the loop
+    RETURN = auto()  # of the routine
+
+
+class Executor:
+    """Runs a module on a machine; every refusal names its line."""
+
+    def __init__(self, module: Module, machine: Machine) -> None:
+        self.module, self.machine = module, machine
+        self.shared = Store(types=dict(_GLOBAL))
+        self.scopes: list[Store] = []
+        self.done = 0
+        self.interrupt = False
+
+    def run(self) -> None:
+        """Carry out the declarations and then the main programme."""
+        self.scopes = [self.shared]
+        for line in self.module.declarations:
+            self._carried_out(line)
+        self._call(self.module.main)
+        self.machine.end()
+
+    def _call(self, routine: Routine) -> None:
+        if len(self.scopes) > DEEPEST:
+            raise InputError(f"expected calls at most {DEEPEST} deep")
+        self.scopes.append(Store())
+        self._all(routine.body)
+        self.scopes.pop()
+
+    def _all(self, statements: Sequence[Statement]) -> _Flow:
+        for statement in statements:
+            flow = self._block(statement) if isinstance(statement, Block) else self._carried_out(statement)
+            if flow is not _Flow.NEXT:
+                return flow
+        return _Flow.NEXT
+
+    def _carried_out(self, line: Line) -> _Flow:
+        self._count(line)
+        try:
+            return self._line(line)
+        except Refused:
+            raise
+        except InputError as error:
+            raise line.refused(error) from None
+
+    def _count(self, line: Line) -> None:
+        self.done += 1
+        if self.done > MOST:
+            raise line.refused(f"the programme carries out more than {MOST} statements")
+
+    def _line(self, line: Line) -> _Flow:
+        parts = line.parts
+        match line.kind:
+            case "assign":
+                self._write(reference_of(parts[0], self._read), self._value(parts[1]))
+            case "declaration":
+                self._declare(parts)
+            case "ptp" | "lin" | "circ" | "spl" | "ptp_rel" | "lin_rel":
+                self._move(line, line.kind, parts)
+            case "wait":
+                self.machine.wait(self._number(parts[0], "WAIT SEC"))
+            case "wait_for":
+                if not self._truth(parts[0]):
+                    raise InputError("the programme would wait here for ever")
+                self.machine.stop()
+            case "call":
+                self._called(str(parts[0]), [argument.children[0] for argument in parts[1:]])
+            case "interrupt_decl" | "interrupt_on" | "interrupt_off":
+                self._interrupt(line)
+            case "exit_":
+                return _Flow.EXIT
+            case "return_":
+                return _Flow.RETURN
+            case "halt":
+                raise InputError("HALT: the arm would stand until somebody starts it again, while the magnet spins on")
+            case "unread":
+                raise InputError(line.unread)
+            case "nothing":
+                pass
+            case kind:
+                raise InputError(f"expected a statement that belongs here; got {kind}")
+        return _Flow.NEXT
+
+    def _move(self, line: Line, order: str, parts: list[Any]) -> None:
+        points = [self._point(part.children[0]) for part in parts if _is(part, "point")]
+        roundings = [str(part) for part in parts if isinstance(part, str)]
+        own = [setting for part in parts if _is(part, "with_") for setting in part.children]
+        kept = dict(self.machine.settings.values)
+        for setting in own:  # these hold for the one motion
+            reference = reference_of(setting.children[0], self._read)
+            if reference.name not in {"$VEL", "$ACC", "$ORI_TYPE", "$CIRC_TYPE", "$APO"}:
+                raise InputError(f"{reference} after WITH is not followed")
+            self.machine.settings.write(reference, self._value(setting.children[1]))
+        self.machine.move(order, points, roundings, line.number)
+        if own:
+            self.machine.settings.values = kept
+
+    def _point(self, tree: Any) -> dict[str, Any]:
+        value = self._value(tree)
+        if not isinstance(value, dict):
+            raise InputError(f"expected a point; got {value!r}")
+        return value
+
+    def _called(self, name: str, arguments: list[Any]) -> None:
+        if name == "BAS":
+            bas([self._value(argument) for argument in arguments], self.machine.settings, self.shared)
+            return
+        routine = self.module.routines.get(name)
+        if routine is None:
+            raise InputError(f"{name} is not in this file, so what it does is not known")
+        if arguments or routine.parameters or routine.function:
+            raise InputError(f"{name} takes parameters or is a function, which is not followed")
+        self._call(routine)
+
+    def _interrupt(self, line: Line) -> None:
+        parts = line.parts
+        if line.kind == "interrupt_decl":
+            usual = parts[1] == tree_of(f"WAIT FOR {_STOP_MESSAGES[1]}").children[0]
+            if (str(parts[0]), str(parts[2])) != (_STOP_MESSAGES[0], _STOP_MESSAGES[2]) or not usual:
+                raise InputError("what an interrupt does while the arm moves is not followed; only that of IR_STOPM is")
+            self.interrupt = True
+        elif not self.interrupt or [str(part) for part in parts] not in ([], [_STOP_MESSAGES[0]]):
+            raise InputError("the interrupt is not declared")
+
+    def _declare(self, parts: list[Any]) -> None:
+        kind = str(parts[0])
+        for declared in parts[1:]:
+            reference = reference_of(declared.children[0], self._read)
+            if reference.parts:
+                raise InputError(f"expected a name to declare; got {reference}")
+            self.scopes[-1].declare(kind, reference.name)
+            if len(declared.children) > 1:
+                self._write(Reference(reference.name), self._value(declared.children[1]))
+
+    def _block(self, block: Block) -> _Flow:
+        head = block.head
+        self._count(head)
+        try:
+            match head.kind:
+                case "if_":
+                    return self._if(block)
+                case "switch":
+                    return self._switch(block)
+                case "for_":
+                    return self._for(block)
+                case "spline":
+                    return self._spline(block)
+                case _:
+                    return self._loop(block)
+        except Refused:
+            raise
+        except InputError as error:
+            raise head.refused(error) from None
+
+    def _if(self, block: Block) -> _Flow:
+        (_, then), *otherwise = block.arms
+        if self._truth(block.head.parts[0]):
+            return self._all(then)
+        return self._all(otherwise[0][1]) if otherwise else _Flow.NEXT
+
+    def _switch(self, block: Block) -> _Flow:
+        wanted = self._value(block.head.parts[0])
+        for opening, body in block.arms[1:]:
+            values = [self._value(part) for part in opening.parts]
+            if opening.kind == "default" or any(type(v) is type(wanted) and v == wanted for v in values):
+                return self._all(body)
+        return _Flow.NEXT
+
+    def _for(self, block: Block) -> _Flow:
+        name, *bounds = block.head.parts
+        first, last, *rest = (self._number(bound, "FOR") for bound in bounds)
+        step = rest[0] if rest else 1
+        if not all(isinstance(value, int) for value in (first, last, step)) or step == 0:
+            raise InputError("FOR must count in whole numbers, and not by zero")
+        at = first
+        while at <= last if step > 0 else at >= last:
+            self._count(block.head)
+            self._write(Reference(str(name)), at)
+            flow = self._all(block.arms[0][1])
+            if flow is _Flow.RETURN:
+                return flow
+            if flow is _Flow.EXIT:
+                break
+            at = self._number_of(Reference(str(name))) + step
+        return _Flow.NEXT
+
+    def _loop(self, block: Block) -> _Flow:
+        """LOOP, WHILE and REPEAT."""
+        kind = block.head.kind
+        while kind != "while_" or self._truth(block.head.parts[0]):
+            self._count(block.head)
+            flow = self._all(block.arms[0][1])
+            if flow is _Flow.RETURN:
+                return flow
+            if flow is _Flow.EXIT or (kind == "repeat" and self._truth(block.arms[1][0].parts[0])):
+                break
+        return _Flow.NEXT
+
+    def _spline(self, block: Block) -> _Flow:
+        """A spline block of one motion is that motion; the course through several points is the controller's own."""
+        inner = block.arms[0][1]
+        if len(inner) != 1 or isinstance(inner[0], Block) or inner[0].kind not in {"spl", "lin", "circ"}:
+            raise InputError("the course of a spline block of more than one motion is not followed")
+        if block.head.parts:
+            raise InputError("settings after SPLINE WITH are not followed; set them before the block")
+        line, end = inner[0], block.arms[1][0]
+        if any(isinstance(part, str) for part in line.parts):
+            raise line.refused("a point inside a spline block is not rounded by itself")
+        self._count(line)
+        self._move(line, line.kind, [*line.parts, *end.parts])
+        return _Flow.NEXT
+
+    def _value(self, tree: Any) -> Value:
+        return evaluate(tree, self._read)
+
+    def _truth(self, tree: Any) -> bool:
+        value = self._value(tree)
+        if not isinstance(value, bool):
+            raise InputError(f"expected TRUE or FALSE; got {value!r}")
+        return value
+
+    def _number(self, tree: Any, what: str) -> float:
+        value = self._value(tree)
+        if isinstance(value, (bool, str, dict)):
+            raise InputError(f"expected {what} and a number; got {value!r}")
+        return value
+
+    def _number_of(self, reference: Reference) -> int:
+        value = self._read(reference)
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise InputError(f"{reference} must be a whole number; got {value!r}")
+        return value
+
+    def _read(self, reference: Reference) -> Value:
+        if reference.name in {"$IN", "$ANIN", "$OUT"}:
+            raise InputError(f"{reference} is an input or output, which is not known on paper")
+        if reference.name[0] == "$":
+            return self.machine.settings.read(reference)
+        home = self._home(reference)
+        if reference.name not in home.types and not self.module.declarations:
+            raise InputError(f"'{reference.name}' is not declared; no .dat file was found that could declare it")
+        return home.read(reference)
+
+    def _write(self, reference: Reference, value: Value) -> None:
+        if reference.name == "$OUT":
+            self.machine.switch(reference, value)
+        elif reference.name[0] == "$":
+            self.machine.settings.write(reference, value)
+        else:
+            self._home(reference).write(reference, value)
+
+    def _home(self, reference: Reference) -> Store:
+        """Where a variable is declared: in the routine, or for all of them."""
+        own = self.scopes[-1]
+        return own if reference.name in own.types else self.shared
+
+
+def _is(part: Any, kind: str) -> bool:
+    return not isinstance(part, str) and part.data == kind

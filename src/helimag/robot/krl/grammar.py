@@ -1,0 +1,160 @@
+"""One line of KUKA Robot Language as a tree. Nothing is decided here about what a statement does."""
+
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING
+
+from helimag.errors import InputError, MissingExtra
+
+if TYPE_CHECKING:
+    import lark
+
+# one statement: the language has one a line, and so messages can name it
+_GRAMMAR = r"""
+?start: "GLOBAL"? "DEF" NAME "(" parameters? ")"               -> def_
+    | "GLOBAL"? "DEFFCT" NAME NAME "(" parameters? ")"         -> function
+    | "DEFDAT" NAME "PUBLIC"?                                  -> defdat
+    | ("END" | "ENDFCT")                                       -> end
+    | "ENDDAT"                                                 -> enddat
+    | ("EXT" | "EXTP") NAME "(" parameters? ")"                -> nothing
+    | "GLOBAL"? "INTERRUPT" "DECL" NUMBER "WHEN" expression "DO" NAME "(" ")" -> interrupt_decl
+    | "INTERRUPT" "ON" NUMBER                                  -> interrupt_on
+    | "INTERRUPT" "OFF" NUMBER?                                -> interrupt_off
+    | declaration
+    | reference "=" expression                                 -> assign
+    | NAME "(" (argument ("," argument)*)? ")"                 -> call
+    | "WAIT" "SEC" expression                                  -> wait
+    | "WAIT" "FOR" expression                                  -> wait_for
+    | "IF" expression "THEN"                                   -> if_
+    | "ELSE"                                                   -> else_
+    | "ENDIF"                                                  -> endif
+    | "FOR" NAME "=" expression "TO" expression ("STEP" expression)? -> for_
+    | "ENDFOR"                                                 -> endfor
+    | "WHILE" expression                                       -> while_
+    | "ENDWHILE"                                               -> endwhile
+    | "REPEAT"                                                 -> repeat
+    | "UNTIL" expression                                       -> until
+    | "LOOP"                                                   -> loop
+    | "ENDLOOP"                                                -> endloop
+    | "EXIT"                                                   -> exit_
+    | "SWITCH" expression                                      -> switch
+    | "CASE" expression ("," expression)*                      -> case
+    | "DEFAULT"                                                -> default
+    | "ENDSWITCH"                                              -> endswitch
+    | "RETURN"                                                 -> return_
+    | "CONTINUE"                                               -> nothing
+    | "HALT"                                                   -> halt
+    | "SPLINE" with_?                                          -> spline
+    | "ENDSPLINE" ROUNDING*                                    -> endspline
+    | ("PTP" | "SPTP") point ROUNDING* with_?                  -> ptp
+    | ("LIN" | "SLIN") point ROUNDING* with_?                  -> lin
+    | "SPL" point ROUNDING* with_?                             -> spl
+    | ("CIRC" | "SCIRC") point "," point ROUNDING* with_?      -> circ
+    | "PTP_REL" point ROUNDING*                                -> ptp_rel
+    | "LIN_REL" point ROUNDING*                                -> lin_rel
+with_: "WITH" setting ("," setting)*
+setting: reference "=" expression
+parameters: parameter ("," parameter)*
+parameter: NAME (":" DIRECTION)?
+declaration: "DECL" "GLOBAL"? "CONST"? NAME declared ("," declared)*
+    | "GLOBAL" "CONST"? NAME declared ("," declared)*
+    | "CONST" NAME declared ("," declared)*
+    | NAME declared ("," declared)*
+declared: reference ("=" expression)?
+argument: expression
+point: expression
+?expression: conjunction | expression OR conjunction -> both
+?conjunction: negation | conjunction AND negation    -> both
+?negation: comparison | "NOT" negation               -> not_
+?comparison: sum | sum COMPARE sum                   -> both
+?sum: product | sum PLUS product                     -> both
+?product: signed | product TIMES signed              -> both
+?signed: compound | PLUS signed                      -> sign
+?compound: atom | compound ":" atom                  -> compound
+?atom: NUMBER -> number
+    | TRUTH -> truth
+    | WORD -> word
+    | STRING -> string
+    | aggregate
+    | reference
+    | "(" expression ")"
+aggregate: "{" (NAME ":")? component ("," component)* "}"
+component: NAME ("[" "]")? expression
+reference: (NAME | SYSTEM) ("[" expression "]")? ("." NAME)* ("[" "]")?
+ROUNDING.2: /C_(DIS|VEL|ORI|PTP|SPL)\b/
+DIRECTION.2: /(IN|OUT)\b/
+OR.2: /(OR|EXOR)\b/
+AND.2: /AND\b/
+TRUTH.2: /(TRUE|FALSE)\b/
+COMPARE: "==" | "<>" | "<=" | ">=" | "<" | ">"
+PLUS: "+" | "-"
+TIMES: "*" | "/"
+WORD: /#[A-Z_][A-Z0-9_]*/
+STRING: /"[^"]*"/
+SYSTEM: /\$[A-Z_][A-Z0-9_]*/
+NAME: /[A-Z_][A-Z0-9_]*/
+NUMBER: /(\d+\.?\d*|\.\d+)(E[-+]?\d+)?/
+%ignore /[ \t]+/
+"""
+
+
+# why a statement that others use is not read
+_REASONS = {
+    "TRIGGER": "what a TRIGGER switches while the arm moves is not followed",
+    "GOTO": "GOTO is not followed; use IF, LOOP or FOR",
+    "PTP_SPLINE": "the course of a PTP_SPLINE block is not followed",
+    "CIRC_REL": "CIRC_REL is not followed; name the points",
+    "SCIRC_REL": "SCIRC_REL is not followed; name the points",
+    "SLIN_REL": "SLIN_REL is not followed; name the point",
+    "SPTP_REL": "SPTP_REL is not followed; name the joint angles",
+    "PULSE": "PULSE is not followed",
+    "BRAKE": "BRAKE stops the arm on its way",
+    "RESUME": "RESUME leaves a motion unfinished",
+    "IMPORT": "IMPORT takes values from a file that is not read",
+    "SIGNAL": "SIGNAL stands for inputs and outputs, which are not followed",
+    "ANOUT": "ANOUT changes outputs while the arm moves",
+    "ANIN": "ANIN reads inputs, which are not known on paper",
+}
+
+
+@cache
+def _parser() -> "lark.Lark":
+    try:
+        import lark
+    except ImportError:
+        raise MissingExtra("reading KRL needs lark: pip install 'helimag[robot]'") from None
+    return lark.Lark(_GRAMMAR, parser="lalr")
+
+
+def code_of(written: str) -> str:
+    """A line without its comment, in capitals, empty where it holds no code; strings keep their semicolons."""
+    inside = False
+    for i, character in enumerate(written):
+        inside ^= character == '"'
+        if character == ";" and not inside:
+            written = written[:i]
+            break
+    code = written.strip().upper()
+    return "" if code.startswith("&") else code
+
+
+@lru_cache(maxsize=20_000)  # most lines of a programme, and of the many that tests make of one, are the same
+def tree_of(code: str) -> "lark.Tree":
+    """The tree of one line of code; not to be changed.
+
+    Raises
+    ------
+    InputError
+        Where the line is outside the subset.
+    MissingExtra
+        Where lark is not installed.
+    """
+    parser = _parser()
+    import lark
+
+    reason = _REASONS.get(code.split(maxsplit=1)[0])
+    if reason is not None:
+        raise InputError(f"expected a statement of the subset that helimag reads; {reason}; got {code[:80]!r}")
+    try:
+        return parser.parse(code)
+    except lark.exceptions.LarkError:
+        raise InputError(f"expected a statement of the subset that helimag reads; got {code[:80]!r}") from None

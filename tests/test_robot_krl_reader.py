@@ -1,0 +1,456 @@
+"""Programmes read back: the everyday dialect, what is refused, and that no changed number passes unnoticed."""
+
+import json
+import math
+import re
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from helimag.cli import main
+from helimag.errors import FileError, InputError
+from helimag.robot import deviation, krl_texts, load_cell, plan, play, write_krl
+from helimag.scenario import load
+
+CELL = load_cell()
+CASES = Path(__file__).parent / "data" / "krl"
+SECONDS = 193.9  # of row 1 as planned
+
+
+@cache
+def planned(kind="line"):
+    row = load("paper/table1-row1")
+    still = {"drive.velocity": (0.0, 0.0, 0.0), "run.duration": "60 s"}
+    match kind:
+        case "line":
+            return plan(row, CELL)
+        case "output":
+            return plan(row, CELL.model_copy(update={"start_output": 3}))
+        case "hold":
+            return plan(row.replaced(still), CELL)
+        case "turn":
+            return plan(row.replaced({**still, "drive.yaw_rate": "2 deg/s"}), CELL)
+        case "arcs":
+            return plan(load("paper/fig3c").replaced({"run.duration": "120 s"}), CELL)
+        case "unwinding":
+            return plan(load("paper/fig3c").replaced({"run.duration": "420 s"}), CELL, unwind=True)
+
+
+@cache
+def written(kind="line"):
+    return write_krl(planned(kind), "row1", ["Expected duration: 193.9 s"])
+
+
+def found(src, dat, kind="line"):
+    return deviation(planned(kind), play(src, dat, CELL.arm))
+
+
+# what each of the cases must come to: duration (s) and whether it is the plan's programme, or why it is refused
+RIGHT = {
+    "krl-bas-vel": (SECONDS, True),
+    "krl-base-component": (228.67, False),
+    "krl-component-assign": (228.67, False),
+    "krl-cp1252": (SECONDS, True),
+    "krl-ext-bas": (SECONDS, True),
+    "krl-fdat": (SECONDS, True),
+    "krl-for": (SECONDS + 3.0, False),
+    "krl-if": r"line 44: \$IN\[1\] is an input",
+    "krl-ipo-tcp": r"line 26: \$IPO_MODE must be #BASE",
+    "krl-ori-constant": (SECONDS, False),
+    "krl-out-trigger": "line 44: .*TRIGGER",
+    "krl-override": (2.0 * SECONDS, False),
+    "krl-partial-point": (SECONDS, True),
+    "krl-point-assign-src": (228.67, False),
+    "krl-spline": (SECONDS, True),
+    "krl-sptp": (SECONDS, True),
+    "krl-tool-data": (SECONDS, True),
+    "krl-upper-ext": (SECONDS, True),
+    "krl-vel-aggregate": (SECONDS / 2.0, False),
+    "krl-vel-aggregate-right": (SECONDS, True),
+    "krl-wait-for": r"line 44: \$IN\[1\] is an input",
+}
+
+
+def test_every_case_has_its_right_value():
+    assert sorted(path.name for path in CASES.iterdir()) == sorted(RIGHT)
+
+
+@pytest.mark.parametrize("case", RIGHT)
+def test_programmes_of_others(case):
+    (source,) = (path for path in (CASES / case).iterdir() if path.suffix.lower() == ".src")
+    right = RIGHT[case]
+    if isinstance(right, str):
+        with pytest.raises(InputError, match=right):
+            found(*krl_texts(source))
+        return
+    back = found(*krl_texts(source))
+    assert back.duration == pytest.approx(right[0], abs=0.01)
+    assert back.acceptable is right[1]
+
+
+@pytest.mark.parametrize("case", ["krl-base-component", "krl-component-assign", "krl-point-assign-src"])
+def test_points_that_are_moved_are_found_where_they_are(case):
+    """The end of row 1's path is 100 mm higher, however that is said."""
+    back = play(*krl_texts(CASES / case / "row1.src"), CELL.arm)
+    away = back.tool(CELL)[-1, :3, 3] - planned().path.at(np.array([SECONDS])).position[0]
+    assert away == pytest.approx([0.0, 0.0, 0.1], abs=1e-6)
+
+
+def changed(old, new, kind="line", *, dat=False):
+    """What a written programme comes to with one piece of text in another's place."""
+    texts = list(written(kind))
+    assert old in texts[dat]
+    texts[dat] = texts[dat].replace(old, new, 1)
+    return found(*texts, kind)
+
+
+SPEED = "$VEL.CP=0.0008250000\n"
+PATH = "$VEL.CP=0.0008250000\nLIN XP1\n"
+SAME = {  # arithmetic that comes to the same programme
+    "expression": (SPEED, "$VEL.CP=0.00165/2\n"),
+    "variable": (SPEED, "DECL REAL V\nV=0.825\n$VEL.CP=V*1.0E-3\n"),
+    "branch": (PATH, "IF $OV_PRO<>100 THEN\nHALT\nENDIF\n" + PATH),
+    "other branch": (PATH, "IF 1==2 THEN\nLIN XBEGIN\nELSE\n" + PATH + "ENDIF\n"),
+    "switch": (PATH, "SWITCH 2\nCASE 1\nHALT\nCASE 2,3\n" + PATH + "DEFAULT\nHALT\nENDSWITCH\n"),
+    "loop": (PATH, "DECL INT I\nI=0\nLOOP\nI=I+1\nIF I>2 THEN\nEXIT\nENDIF\nENDLOOP\n" + PATH),
+    "while": (PATH, "DECL INT I\nI=3\nWHILE I>0\nI=I-1\nENDWHILE\n" + PATH),
+    "repeat": (PATH, "DECL BOOL B\nB=FALSE\nREPEAT\nB=NOT B\nUNTIL B\n" + PATH),
+    "sub-programme": (PATH + "END\n", "GO()\nEND\nDEF GO()\n" + PATH + "END\n"),
+    "sub-programme that is not called": (PATH + "END\n", PATH + "END\nDEF GO()\nLIN {X 1}\nWAIT SEC 9\nGOTO A\nEND\n"),
+    "return": (PATH, PATH + "RETURN\nWAIT SEC 100\n"),
+    "with": (PATH, "SLIN XP1 WITH $VEL.CP=0.000825\n"),
+    "spline block": (PATH, "$VEL.CP=0.000825\nSPLINE\nSLIN XP1\nENDSPLINE\n"),
+    "base data": (PATH, "BASE_DATA[2]=$BASE\nBAS (#BASE,2)\n" + PATH),
+    "other base, same place": (PATH, "$BASE.X=610.0\n$VEL.CP=0.000825\nLIN {X 169.9675,Y 0,Z 102,A 0,B -13,C 0}\n"),
+    "frame operator": (PATH, "$VEL.CP=0.000825\nLIN {X 100,Y 0,Z 0,A 0,B 0,C 0}:{X 59.9675,Y 0,Z 102,A 0,B -13,C 0}\n"),
+    "relative": (PATH, "$VEL.CP=0.000825\nLIN_REL {X 159.9675}\n"),
+    "two pieces": (PATH, "$VEL.CP=0.000825\nLIN {X 60.0} C_DIS\nLIN XP1\n"),
+    "inline form": (
+        PATH,
+        "$BWDSTART=FALSE\nTOOL_DATA[1]=$TOOL\nBASE_DATA[1]=$BASE\nDECL LDAT L\nDECL FDAT F\n"
+        "L={VEL 2.0,ACC 100.0,APO_DIST 0.1,APO_FAC 50.0}\nF={TOOL_NO 1,BASE_NO 1,IPO_FRAME #BASE}\n"
+        "LDAT_ACT=L\nFDAT_ACT=F\nBAS(#CP_PARAMS,0.000825)\n$ACC.CP=1.0\n$APO.CORI=0.5\n"
+        "$VEL.ORI1=216.5\n$VEL.ORI2=216.5\nLIN XP1\n",
+    ),
+    "joint speeds": ("PTP XSTART", "BAS (#VEL_PTP,10)\nBAS (#ACC_PTP,100)\nPTP XSTART"),
+    "comment": ("END\n", "END ; 17 more\n"),
+}
+
+
+@pytest.mark.parametrize("change", SAME)
+def test_arithmetic_that_comes_to_the_same(change):
+    back = changed(*SAME[change])
+    assert back.differences == ()
+    assert back.acceptable
+    assert back.duration == pytest.approx(SECONDS, abs=0.01)
+
+
+OTHER = {  # what takes effect: the duration (s) it comes to, or None where only settings differ
+    "BAS speed": (SPEED, "BAS (#VEL_CP,0.00165)\n", SECONDS / 2.0),
+    "aggregate": (SPEED, SPEED + "$VEL={CP 0.0033}\n", SECONDS / 4.0),
+    "with": (PATH, "SLIN XP1 WITH $VEL.CP=0.00165\n", SECONDS / 2.0),
+    "sub-programme sets": (
+        PATH,
+        PATH.replace("LIN", "FAST()\nLIN") + "END\nDEF FAST()\n$VEL.CP=0.00165\n",
+        SECONDS / 2.0,
+    ),
+    "wait": (PATH, "WAIT SEC 2.0\n" + PATH, SECONDS + 2.0),
+    "wait in a loop": (PATH, "DECL INT I\nFOR I=10 TO 1 STEP -3\nWAIT SEC 0.5\nENDFOR\n" + PATH, SECONDS + 2.0),
+    "override": ("$OV_PRO=100\n", "$OV_PRO=25\n", 4.0 * SECONDS),
+    "whole numbers divide as such": (SPEED, "$VEL.CP=0.000825*(7/4)\n", SECONDS),
+    "real numbers do not": (SPEED, "$VEL.CP=0.000825*(7.0/4)\n", SECONDS / 1.75),
+    "point in the .src": (PATH, "XP1.X=XP1.X/2\n" + PATH, SECONDS / 2.0),
+    "back and forth": (PATH, PATH + "LIN XBEGIN\nLIN XP1\n", 3.0 * SECONDS),
+    "acceleration": ("$ACC.CP=1.000000", "$ACC.CP=2.0", None),
+    "approach": ("$VEL_AXIS[4]=10", "$VEL_AXIS[4]=100", None),
+    "rounding": ("$APO.CDIS=0.100000", "$APO.CDIS=99", None),
+    "rounding with the path": ("$APO.CORI=0.5", "$APO={CDIS 0.1,CORI 5.0}", None),
+    "look-ahead": ("$ADVANCE=3", "$ADVANCE=0", None),
+    "attitude": ("$ORI_TYPE=#VAR", "$ORI_TYPE=#CONSTANT", None),
+    "arc attitude": ("$CIRC_TYPE=#PATH", "$CIRC_TYPE=#BASE", None),
+    "joint accelerations": ("PTP XSTART", "BAS (#ACC_PTP,20)\nPTP XSTART", None),
+    "turn accelerations": ("PTP XSTART", "$ACC.ORI1=50.0\nPTP XSTART", None),
+    "turn speed left out": ("$VEL.ORI2=216.5000000000\n", "", None),
+    "an output": (PATH, "$OUT[7]=TRUE\n" + PATH, None),
+    "a further joint motion": (PATH, PATH + "PTP_REL {A6 0}\n", None),
+}
+
+
+@pytest.mark.parametrize("change", [*OTHER])
+def test_what_takes_effect_is_found(change):
+    old, new, duration = OTHER[change]
+    back = changed(old, new)
+    if duration is not None:
+        assert back.duration == pytest.approx(duration, rel=1e-4)
+    if duration == SECONDS:
+        assert back.acceptable
+        return
+    assert not back.acceptable
+    if duration is None:
+        assert back.differences
+
+
+def test_whole_turns_of_the_wrist_are_told_apart():
+    """The pose is the same with axis 6 a turn further, the limits are not."""
+    back = changed("A6 -180.00000000", "A6 180.00000000", dat=True)
+    assert back.position < 1e-6
+    assert back.axis < 1e-6
+    assert any("A6 goes to 180.000000 deg" in line for line in back.differences)
+
+
+def test_a_turn_about_the_motor_s_axis_is_a_deviation():
+    """It turns the magnet with the tool, though the rotation axis stays where it is."""
+    src, dat = written()
+    back = found(src, re.sub(r"(XP1=.*C )0\.", r"\g<1>5.", dat))
+    assert back.position < 1e-6
+    assert back.axis == pytest.approx(math.radians(5.0), rel=1e-6)
+
+
+def test_one_motion_out_of_many_may_not_be_faster():
+    """Half a second gained in a programme of an hour would pass as timing."""
+    kind = "turn"
+    src, dat = written(kind)
+    fast = re.sub(r"(XP7=.*?A )35\.", r"\g<1>35.2", dat)
+    assert fast != dat
+    back = found(src, fast, kind)
+    assert any("the motion takes" in line for line in back.differences)
+    assert not back.acceptable
+
+
+def test_outputs_are_switched_as_planned():
+    assert found(*written("output"), "output").acceptable
+    for old, new in (("$OUT[3]=TRUE", "$OUT[4]=TRUE"), ("$OUT[3]=TRUE", "$OUT[3]=FALSE"), ("$OUT[3]=FALSE", "")):
+        assert not changed(old, new, "output").acceptable
+    early = changed("$OUT[3]=FALSE\n", "", "output")
+    assert any("switches $OUT[3]=TRUE; the plan" in line for line in early.differences)
+    src, dat = written("output")
+    late = src.replace("$OUT[3]=TRUE\n", "").replace("LIN XP1\n", "LIN XP1\n$OUT[3]=TRUE\n")
+    assert any("beginning and the end" in line for line in found(late, dat, "output").differences)
+
+
+def test_programmes_set_the_override_when_the_arm_has_reached_the_start():
+    src, _ = written()
+    lines = src.splitlines()
+    assert lines[lines.index("LIN XBEGIN") + 1] == "$OV_PRO=100"
+    assert play(*written(), CELL.arm).override_set
+    assert not play(src.replace("$OV_PRO=100\n", ""), written()[1], CELL.arm).override_set
+
+
+REFUSED = {
+    "not declared": ("LIN XP1\n", "LIN XP9\n", "line 34: 'XP9' is not declared"),
+    "declared twice": ("DECL E6POS XP1", "DECL E6POS XBEGIN={X 0}\nDECL E6POS XP1", "'XBEGIN' is declared twice"),
+    "halt": (PATH, "HALT\n" + PATH, "line 33: HALT"),
+    "goto": (PATH, "GOTO A\n" + PATH, "line 33: .*GOTO is not followed"),
+    "interrupt": ("INTERRUPT ON 3", "INTERRUPT ON 4", "line 8: the interrupt is not declared"),
+    "other interrupt": ("$STOPMESS==TRUE", "$IN[1]==TRUE", "line 7: what an interrupt does"),
+    "external": (PATH, "GRIP(1)\n" + PATH, "line 33: GRIP is not in this file"),
+    "parameters": (PATH + "END\n", "GO(1)\nEND\nDEF GO(A:IN)\nEND\n", "line 33: GO takes parameters"),
+    "recursion": (PATH + "END\n", "GO()\nEND\nDEF GO()\nGO()\nEND\n", "calls at most"),
+    "endless": (PATH, "LOOP\nENDLOOP\n" + PATH, "line 33: .*more than 200000"),
+    "long count": (PATH, "DECL INT I\nFOR I=1 TO 900000000\nENDFOR\n", "line 34: .*more than 200000"),
+    "block without end": (PATH, "IF TRUE THEN\n" + PATH, "line 33: the block that begins here"),
+    "end without block": (PATH, "ENDIF\n" + PATH, "line 33: .*not open"),
+    "behind the end": ("LIN XP1\nEND\n", "LIN XP1\nEND\nWAIT SEC 1\n", "line 36: expected DEF"),
+    "without end": ("LIN XP1\nEND\n", "LIN XP1\n", "has no END"),
+    "unknown setting": (PATH, "$FILTER=3\n" + PATH, r"line 33: \$FILTER may change how the arm moves"),
+    "load": (PATH, "$LOAD.M=3.0\n" + PATH, r"line 33: \$LOAD.M may change"),
+    "speed": ("$VEL.CP=0.1000000000", "$VEL.CP=99999", r"\$VEL.CP must be a number above 0 and up to 3"),
+    "percent": ("$VEL_AXIS[1]=10", "$VEL_AXIS[1]=180", r"\$VEL_AXIS\[1\] must be a number above 0 and up to 100"),
+    "acceleration": ("$ACC.CP=1.000000", "$ACC.CP=1e30", "expected numbers of at most"),
+    "rounding": ("$APO.CDIS=0.100000", "$APO.CDIS=99999", r"\$APO.CDIS must be"),
+    "no axis seven": ("$VEL_AXIS[6]=10", "$VEL_AXIS[7]=10", r"\$VEL_AXIS\[7\]"),
+    "axis left out": ("$VEL_AXIS[6]=10", "$VEL_AXIS[5]=10", r"\$VEL_AXIS\[6\] must be set"),
+    "override": ("$OV_PRO=100", "$OV_PRO=0", r"line 32: \$OV_PRO must be a number above 0"),
+    "half a percent": ("$OV_PRO=100", "$OV_PRO=99.5", r"\$OV_PRO must be a whole number"),
+    "no base": (PATH, "BAS (#INITMOV,0)\n" + PATH, r"\$BASE must be set"),
+    "tool not known": (PATH, "BAS (#TOOL,7)\n" + PATH, r"line 33: 'TOOL_DATA\[7\]' has no value"),
+    "acceleration of the controller": (
+        PATH, "LDAT_ACT={ACC 100.0,APO_DIST 0.1}\nBAS (#CP_DAT)\n" + PATH, r"line 36: \$ACC.CP must be set"
+    ),
+    "BAS": (PATH, "BAS (#GROUP,1)\n" + PATH, r"line 33: BAS \(#GROUP\)"),
+    "not asked for": (PATH, "$VEL.CP=$ACC.ORI1\n" + PATH, r"\$ACC.ORI1 is not set by the programme"),
+    "position of the arm": (PATH, "XP1=$POS_ACT\n" + PATH, r"\$POS_ACT is not set by the programme"),
+    "division": (SPEED, "$VEL.CP=1/0\n", "line 33: expected no division by zero"),
+    "text": (SPEED, '$VEL.CP="fast"\n', r"line 33: \$VEL.CP must be a number"),
+    "type": (PATH, "DECL INT I\nI=1.5\n" + PATH, "line 34: I must be a value of type INT"),
+    "component": ("LIN XP1\n", "LIN {X 1,Q 2}\n", "line 34: expected a pose"),
+    "twice": ("LIN XP1\n", "LIN {X 1,X 2}\n", "line 34: component X is given twice"),
+    "further axis": ("LIN XP1\n", "LIN {X 1,E1 2}\n", "line 34: E1: further axes"),
+    "PTP to a pose": ("LIN XP1\n", "PTP XP1\n", "line 34: expected PTP to joint angles"),
+    "rounded PTP": ("PTP XSTART", "PTP XSTART C_PTP", "line 30: rounding of a PTP"),
+    "rounding by speed": ("LIN XP1\n", "LIN XP1 C_VEL\n", "line 34: rounding by C_VEL"),
+    "spline through points": (PATH, "SPLINE\nSPL XBEGIN\nSPL XP1\nENDSPLINE\n", "line 33: the course"),
+    "out of reach": ("LIN XP1\n", "LIN {X 1500}\n", "line 34: the arm cannot follow"),
+    "no path": (SPEED + "LIN XP1\n", "CIRC {X 50}, {X 159.9675}\n", "line 33: .*on a line"),
+    "long pause": (PATH, "WAIT SEC 1E8\n" + PATH, "line 33: WAIT SEC must be"),
+    "negative pause": (PATH, "WAIT SEC -1.0\n" + PATH, "line 33: WAIT SEC must be"),
+    "never": (PATH, "WAIT FOR FALSE\n" + PATH, "line 33: the programme would wait"),
+    "another module": ("DEF row1", "DEF row2", ".dat file, line 1: DEFDAT ROW1 does not belong"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("change", [*REFUSED])
+def test_what_is_not_followed_is_refused_with_its_line(change):
+    old, new, words = REFUSED[change]
+    with pytest.raises(InputError, match=words) as caught:
+        changed(old, new, dat=old in written()[1])
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_an_auxiliary_point_s_attitude_is_the_arc_s():
+    with pytest.raises(InputError, match="the auxiliary point's A, B, C are 1 deg off"):
+        changed("Z 146.330182, A 45.0", "Z 146.330182, A 46.0", "arcs", dat=True)
+    plain = re.sub(r"(XV\d+=\{X [-\d.]+, Y [-\d.]+, Z [-\d.]+),[^}]*\}", r"\1}", written("arcs")[1])
+    assert "XV1={X 8.501594, Y -55.138016, Z 146.330182}" in plain
+    assert found(written("arcs")[0], plain, "arcs").acceptable
+
+
+@pytest.mark.parametrize("kind", ["line", "output", "hold", "turn", "arcs", "unwinding"])
+def test_what_is_written_is_the_plan(kind):
+    back = found(*written(kind), kind)
+    assert back.differences == ()
+    assert back.acceptable
+
+
+NUMBER = re.compile(r"[-+]?\d+\.?\d*")
+WILD = ["0", "-1", "180", "99999", "1e30", "-1e30", "1e400", "nan", "1e-30", "3.7"]
+WILD += ["", "--1", "1.2.3", "1 2", "#BASE", "$X"]
+
+
+@cache
+def sites(kind):
+    """Where numbers stand in the code of a written programme: (file, begin, end, number); comments are left out."""
+    result = []
+    for file, text in enumerate(written(kind)):
+        at = 0
+        for line in text.splitlines(keepends=True):
+            code = "" if line.startswith("&") else line.partition(";")[0]
+            result += [(file, at + m.start(), at + m.end(), m.group()) for m in NUMBER.finditer(code)]
+            at += len(line)
+    return result
+
+
+def resized(number, change, amount):
+    decimals = len(number.partition(".")[2])
+    value = float(number)
+    new = {"scaled": value * amount, "shifted": value + amount, "turned": -value, "last digit": value + 10.0**-decimals}
+    return f"{new[change]:.{decimals}f}"
+
+
+@st.composite
+def one_number(draw, kind):
+    """A written programme with one number changed: scaled, shifted, its sign or last digit, or something wild."""
+    file, begin, end, number = draw(st.sampled_from(sites(kind)))
+    change = draw(st.sampled_from(["scaled", "shifted", "turned", "last digit", "wild"]))
+    if change == "wild":
+        new = draw(st.sampled_from(WILD))
+    else:
+        amount = draw(st.one_of(st.sampled_from([0.5, 0.99, 1.01, 2.0, 10.0, 90.0, 1000.0]), st.floats(-200.0, 200.0)))
+        new = resized(number, change, amount)
+    texts = list(written(kind))
+    texts[file] = texts[file][:begin] + new + texts[file][end:]
+    return texts, (number, new)
+
+
+def outcome(texts, kind):
+    """How a programme deviates, or why it is refused."""
+    try:
+        return found(*texts, kind), ""
+    except InputError as error:
+        return None, str(error)
+
+
+def flange_path(texts):
+    back = play(*texts, CELL.arm, interval=5.0)
+    return back.time, back.flange, back.duration
+
+
+@pytest.mark.parametrize(
+    ("kind", "count"), [("line", 900), ("output", 300), ("hold", 300), ("turn", 150), ("arcs", 250), ("unwinding", 100)]
+)
+def test_no_changed_number_passes_unless_the_arm_moves_all_the_same(kind, count):
+    """2,000 changes: refused with one line, or found to differ; what passes has the same path to rounding."""
+    reference = flange_path(written(kind))
+
+    @settings(max_examples=count, deadline=None, derandomize=True, database=None)
+    @given(change=one_number(kind))
+    def hold(change):
+        texts, (old, new) = change
+        back, refusal = outcome(texts, kind)
+        if refusal:
+            assert re.fullmatch(r"\.(src|dat) file, line \d+: [^\n]+", refusal)
+        elif back.acceptable:
+            time, flange, duration = flange_path(texts)
+            assert time.shape == reference[0].shape, (old, new)
+            assert np.abs(flange - reference[1])[:, :3, 3].max() < 1e-6, (old, new)
+            assert np.abs(flange - reference[1])[:, :3, :3].max() < 1e-6, (old, new)
+            assert duration == pytest.approx(reference[2], rel=1e-3), (old, new)
+            tiny = abs(float(new) - float(old)) if NUMBER.fullmatch(new) else 0.0
+            whole_turn = abs(tiny - 360.0 * round(tiny / 360.0)) < 1e-5
+            assert whole_turn or tiny < 1e-3 * max(abs(float(old)), 1.0) or new in {"1e-30"}, (old, new)
+
+    hold()
+
+
+@settings(max_examples=200, deadline=None)
+@given(text=st.text(alphabet=" \n\t;$#{}()[]=+-*/<>:,.\"'&_0189AEFILNOPRSTX", max_size=120))
+def test_any_text_is_refused_in_one_line(text):
+    with pytest.raises(InputError) as caught:
+        play(text, "", CELL.arm)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_files_are_found_by_either_case_and_comments_may_be_in_any_encoding(tmp_path):
+    src, dat = written()
+    (tmp_path / "A.SRC").write_bytes(b"; Pr\xfcfer \x80\n" + src.encode())
+    (tmp_path / "a.DAT").write_bytes(b"\xef\xbb\xbf" + dat.encode())
+    assert found(*krl_texts(tmp_path / "A.SRC")).acceptable
+    (tmp_path / "A.dat").write_text(dat)
+    with pytest.raises(FileError, match=r"one \.dat file"):
+        krl_texts(tmp_path / "A.SRC")
+    with pytest.raises(FileError, match="there is no file"):
+        krl_texts(tmp_path / "none.src")
+    (tmp_path / "binary.src").write_bytes(b"\0\1\2")
+    with pytest.raises(InputError, match="not a text file"):
+        krl_texts(tmp_path / "binary.src")
+    (tmp_path / "alone.src").write_text(src)
+    with pytest.raises(InputError, match=r"'XSTART' is not declared; no \.dat file was found"):
+        found(*krl_texts(tmp_path / "alone.src"))
+
+
+@pytest.mark.filterwarnings("ignore:Cyclopts application invoked:UserWarning")
+@pytest.mark.parametrize(
+    ("case", "status", "words"),
+    [
+        ("krl-vel-aggregate", 1, "differs"),
+        ("krl-vel-aggregate-right", 0, "not set by the programme; taken as 100 %"),
+        ("krl-ipo-tcp", 2, "line 26"),
+    ],
+)
+def test_the_command_says_what_differs(monkeypatch, capsys, case, status, words):
+    arguments = ["robot", "read-back", str(CASES / case / "row1.src"), "paper/table1-row1"]
+
+    def call(*more):
+        monkeypatch.setattr(sys, "argv", ["helimag", *arguments, *more])
+        got = 0
+        try:
+            main()
+        except SystemExit as end:
+            got = end.code or 0
+        return got, *capsys.readouterr()
+
+    got, out, err = call()
+    assert got == status
+    assert words in out + err
+    got, out, _ = call("--json")
+    assert got == status
+    if status < 2:
+        report = json.loads(out)
+        assert report["acceptable"] is (status == 0)
+        assert report["override_set"] is False
+        assert bool(report["differences"]) is (status == 1)
