@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 LENS_RMS = 1.0  # px: a sharp board and the right squares fit to a tenth of that
 IN_OIL = 2.0  # times the misfit in air that the misfit in the tank may reach, and
 IN_OIL_MORE = 0.1  # px that it may lie above that
+LOST = 0.1  # share of the corners that may lie far off: blur, glare, a finger
 CERTAIN = 4.0  # standard deviations
 OFF_FACE = 2e-3  # by which a fitted wall may lie beside the tank's face (m): tanks are measured with a ruler
 OFF_FACE_ANGLE = np.radians(3.0)
@@ -61,8 +62,14 @@ def check_fit(problem: Joint, fitted: Fitted) -> None:
     InputError
         With both misfits (px).
     """
+    lost = 1.0 - float(fitted.counted.mean())
+    if lost > LOST:
+        raise InputError(
+            f"the board's corners must lie where one model puts them; {100.0 * lost:.0f} % are far off: check that "
+            f"pictures of the same name belong together, that nothing moved, and that the board is flat"
+        )
     for view, camera in enumerate(problem.cameras):
-        air, oil = (problem.rms(fitted.residuals, view, medium) for medium in ("air", "oil"))
+        air, oil = (problem.rms(fitted, view, medium) for medium in ("air", "oil"))
         if not air <= LENS_RMS:
             raise InputError(
                 f"the cameras' pictures in air must fit one pair of cameras to {LENS_RMS:g} px; those of {camera.name} "

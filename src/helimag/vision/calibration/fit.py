@@ -88,12 +88,11 @@ def _refracted(session: Session, problem: Joint, found: Found, in_air: list[str]
     """The rig that explains all pictures best, once it has passed every check; adds to the report."""
     second = stereo(session, found, list(problem.cameras), in_air)
     start = starting_values(problem, session, found, second)
-    free = np.ones(start.size, bool)
-    fitted = problem.fit(start, free)
+    fitted = problem.fit(start)
+    fitted = problem.fit(fitted.values, counted=fitted.clean())
     if not session.estimate_oil:
         check_index(session, fitted)
-        noise = float(np.std(fitted.residuals))
-        fitted = problem.fit(fitted.values, free, known_index=session.indices[2], noise=noise)
+        fitted = problem.fit(fitted.values, counted=fitted.counted, known_index=session.indices[2], noise=fitted.noise)
     lab = Pose(session.rotation, session.position)
     rig = problem.rig(fitted.values, lab)
     check_fit(problem, fitted)
@@ -117,7 +116,7 @@ def _described(problem: Joint, fitted: Fitted) -> dict[str, Any]:
             "tilt_sd_deg": float(np.degrees(max(fitted.spread(at), fitted.spread(at + 1)))),
         }
     return {
-        "joint_rms_px": {c.name: problem.rms(fitted.residuals, view) for view, c in enumerate(problem.cameras)},
+        "joint_rms_px": {c.name: problem.rms(fitted, view) for view, c in enumerate(problem.cameras)},
         "walls": walls,
         "oil_index": float(fitted.values[INDEX]),
         "oil_index_sd": fitted.spread(INDEX),

@@ -24,6 +24,8 @@ ROBUST = 0.5  # px from which a corner counts less
 ROUNDS = 40  # of Levenberg and Marquardt's method; from a good start it needs 4 to 8
 SETTLED = 1e-6  # share of the cost that a round must still gain
 STUCK = 1e8  # damping beyond which no step helps
+SPREAD_OF_MEDIAN = 1.4826  # standard deviation of normal noise over the median of its size
+OUTLYING = 5.0  # standard deviations from which a corner does not count
 STEP = 1e-7  # of the differences, relative to a parameter's size
 
 
@@ -39,11 +41,23 @@ class Corners(NamedTuple):
 
 @dataclass(frozen=True)
 class Fitted:
-    """Values that fit best, their covariance, and residuals (px)."""
+    """Values that fit best, their covariance, residuals (px), and which of those counted."""
 
     values: Floats
     covariance: Floats
     residuals: Floats
+    counted: Flags
+
+    @property
+    def noise(self) -> float:
+        """Of a corner's coordinate (px, standard deviation)."""
+        return float(np.std(self.residuals[self.counted]))
+
+    def clean(self) -> Flags:
+        """Residuals of corners that lie where corners with the usual noise lie; blur and glare move some further."""
+        pairs = np.abs(self.residuals.reshape(-1, 2)).max(axis=1)
+        usual = SPREAD_OF_MEDIAN * float(np.median(np.abs(self.residuals)))
+        return np.repeat(pairs < OUTLYING * usual, 2)
 
     def spread(self, place: int) -> float:
         """Standard deviation of one value."""
@@ -122,58 +136,68 @@ class Joint:
             jacobian[rows, BOARDS + 6 * picture + column] = (self.residuals(moved) - base) / STEP
         return jacobian
 
-    def fit(self, start: Floats, free: Flags, *, known_index: float | None = None, noise: float = 0.1) -> Fitted:
-        """Least squares over the free values from a start; a known index counts as measured once, within 0.002.
+    def fit(
+        self, start: Floats, *, counted: Flags | None = None, known_index: float | None = None, noise: float = 0.1
+    ) -> Fitted:
+        """Least squares from a start; a known index counts as measured once, within 0.002.
 
         Parameters
         ----------
+        counted
+            Residuals that count; default all.
         noise
             Of a corner (px), with which the known index is weighed against the corners.
         """
         weight = 0.0 if known_index is None else noise / INDEX_SD
         values, residuals = start, self.residuals(start)
-        damping, cost = 1e-4, _cost(residuals) + 0.5 * (weight * (start[INDEX] - (known_index or 0.0))) ** 2
+        count = np.ones(residuals.size, bool) if counted is None else counted
+
+        def total(values: Floats, residuals: Floats) -> float:
+            index = weight * (values[INDEX] - (known_index or 0.0))
+            return _cost(residuals[count]) + 0.5 * float(index) ** 2
+
+        damping, cost = 1e-4, total(values, residuals)
         for _ in range(ROUNDS):
-            trust = 1.0 / np.sqrt(1.0 + (residuals / ROBUST) ** 2)
-            jacobian = self.jacobian(values)[:, free]
-            normal = jacobian.T @ (jacobian * trust[:, None])
-            slope = jacobian.T @ (trust * residuals)
-            index = int(np.count_nonzero(free[:INDEX]))
-            if known_index is not None and free[INDEX]:
-                normal[index, index] += weight**2
-                slope[index] += weight**2 * (values[INDEX] - known_index)
-            size = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-30))  # columns differ by nine orders
-            scaled = normal * np.outer(size, size)
+            scaled, slope, size = self._linear(values, residuals, count, weight, known_index or 0.0)
             gained = 0.0
-            while damping < STUCK:
-                step = np.zeros_like(values)
-                step[free] = -size * np.linalg.solve(scaled + damping * np.eye(size.size), size * slope)
+            while damping < STUCK and gained == 0.0:
+                step = -size * np.linalg.solve(scaled + damping * np.eye(size.size), size * slope)
                 tried = values + step
                 tried[INDEX] = np.clip(tried[INDEX], *INDEX_RANGE)
                 fresh = self.residuals(tried)
-                lower = _cost(fresh) + 0.5 * (weight * (tried[INDEX] - (known_index or 0.0))) ** 2
+                lower = total(tried, fresh)
+                damping *= 0.1 if lower < cost else 10.0
                 if lower < cost:
                     gained, cost = (cost - lower) / cost, lower
                     values, residuals = tried, fresh
-                    damping /= 10.0
-                    break
-                damping *= 10.0
             if gained < SETTLED:
                 break
-        freedom = max(1, residuals.size - size.size)
-        covariance = np.zeros((start.size, start.size))
+        freedom = max(1, int(count.sum()) - size.size)
         inverse = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True) * np.outer(size, size)
-        covariance[np.ix_(free, free)] = inverse * 2.0 * cost / freedom
-        return Fitted(values, covariance, residuals)
+        return Fitted(values, inverse * 2.0 * cost / freedom, residuals, count)
 
-    def rms(self, residuals: Floats, view: int, medium: str | None = None) -> float:
-        """Root mean square distance (px) between corners of a camera and where they should be."""
-        parts = [
-            residuals[rows]
+    def _linear(
+        self, values: Floats, residuals: Floats, counted: Flags, weight: float, known_index: float
+    ) -> tuple[Floats, Floats, Floats]:
+        """Normal matrix scaled to a diagonal of ones, slope of the cost, and the scales: columns differ by nine
+        orders."""
+        trust = counted / np.sqrt(1.0 + (residuals / ROBUST) ** 2)
+        jacobian = self.jacobian(values)
+        normal = jacobian.T @ (jacobian * trust[:, None])
+        slope = jacobian.T @ (trust * residuals)
+        normal[INDEX, INDEX] += weight**2
+        slope[INDEX] += weight**2 * (values[INDEX] - known_index)
+        size = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
+        return normal * np.outer(size, size), slope, size
+
+    def rms(self, fitted: Fitted, view: int, medium: str | None = None) -> float:
+        """Root mean square distance (px) between a camera's corners that counted and where they should be."""
+        squares = [
+            fitted.residuals[rows][fitted.counted[rows]] ** 2
             for group, rows in zip(self.groups, self.rows, strict=True)
             if group.view == view and medium in (None, group.medium)
         ]
-        return float(np.sqrt(2.0 * np.mean(np.concatenate(parts) ** 2)))
+        return float(np.sqrt(2.0 * np.mean(np.concatenate(squares))))
 
     def datum(self) -> slice:
         """Where the datum board's pose is among the values."""
