@@ -4,7 +4,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.stamp
 
-.PHONY: venv demo test lint docs bench lock clean
+OLDEST := .venv-oldest
+# what meets the dependencies most: files, units, drag, fields, one run, sweeps and their stores, figures, programmes, rays
+CORE := $(addprefix tests/test_,$(addsuffix .py,scenario files gain hydrodynamics magnetics cli_errors sweep_plans \
+    sweep_plots plots robot_krl vision_refraction))
+
+.PHONY: venv demo test test-nightly test-oldest lint docs bench lock clean
 
 venv: $(STAMP)
 
@@ -22,6 +27,20 @@ demo: $(STAMP)
 test: $(STAMP) lint
 	$(BIN)/python -m pytest
 
+# what takes minutes each: all how-to pages as written
+test-nightly: $(STAMP)
+	$(BIN)/python -m pytest -m nightly
+
+# the core with the oldest versions that pyproject.toml allows; old releases warn about newer ones beside them
+test-oldest: $(OLDEST)/.stamp
+	$(OLDEST)/bin/python -m pytest -o filterwarnings= $(CORE)
+
+$(OLDEST)/.stamp: requirements/oldest.txt pyproject.toml
+	$(PYTHON) -m venv $(OLDEST)
+	$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/oldest.txt
+	$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	touch $@
+
 lint: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -37,6 +56,8 @@ bench: $(STAMP)
 lock:
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
 	    --all-extras --group test --group docs --group bench --group build pyproject.toml -o requirements/all.txt
+	uv pip compile --resolution lowest-direct --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+	    --quiet --all-extras --group oldest --group build pyproject.toml -o requirements/oldest.txt
 
 clean:
-	rm -rf $(VENV) out docs/_build
+	rm -rf $(VENV) $(OLDEST) out docs/_build

@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 import helimag as hm
-from helimag.engine.simulation import advance
+from helimag.engine import advance
 from helimag.orbits import Why, compare_with_orbits
 
 

@@ -13,8 +13,7 @@ import heyoka as hy
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from helimag.engine.packing import arm_position
-from helimag.engine.simulation import advance, start_state
+from helimag.engine import advance, arm_position, start_state
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.scenario import Scenario, load
 

@@ -4,12 +4,11 @@ The error oscillates twice a turn, as the field grows and shrinks. A controller 
 that are rejected; one that grows slowly stays below it. Work at equal error is trials times error^(1/8).
 """
 
-import numpy as np
-import warp as wp
+from dataclasses import replace
 
-from helimag.engine import loop as _integrate
-from helimag.engine import step as _step
-from helimag.engine.simulation import advance
+import numpy as np
+
+from helimag.engine import DOP853, advance
 from helimag.scenario import load
 
 SETTINGS = ((0.9, 3.0), (0.9, 1.3), (0.9, 1.1), (0.8, 1.2), (0.8, 1.1), (0.85, 1.05))
@@ -20,11 +19,7 @@ def main() -> None:
     scenario = load("paper/fig3c").replaced({"run.duration": 100.0, "run.interval": 1.0})
     exact = advance([scenario], tolerance=1e-13)[0].states[-1, :3]
     for safety, grow in SETTINGS:
-        _step.SAFETY = wp.constant(wp.float64(safety))
-        _integrate.GROW = wp.constant(wp.float64(grow))
-        for build in (_step.build_load, _step.build_rates, _step.build_trial, _integrate.build_advance):
-            build.cache_clear()
-        history = advance([scenario])[0]
+        history = advance([scenario], method=replace(DOP853, safety=safety, growth=grow))[0]
         error = np.linalg.norm(history.states[-1, :3] - exact)
         trials = history.steps + history.rejected
         print(

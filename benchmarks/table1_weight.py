@@ -6,7 +6,7 @@ range of heights; the place is taken whose attack angle in row 1 is nearest to t
 
 import numpy as np
 
-from helimag.engine.simulation import advance
+from helimag.engine import advance
 from helimag.scenario import load
 
 WEIGHTS = np.arange(34e-6, 50e-6, 0.25e-6)

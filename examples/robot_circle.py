@@ -7,7 +7,6 @@ import numpy as np
 
 import helimag as hm
 from helimag import robot
-from helimag.robot.logs import log_of_playback, replayed
 
 cell = robot.load_cell()
 whole = robot.plan(hm.load("paper/fig3c"), cell)
@@ -18,16 +17,14 @@ scenario = hm.load("paper/fig3c").replaced({"run.duration": "200 s", "run.interv
 lap = robot.plan(scenario, cell)
 run = hm.simulate(scenario)
 with tempfile.TemporaryDirectory() as folder:
-    paths = robot.write_programme(
-        lap, folder, verdict=str(run.verdict), reason=run.judgement.reason, name="lap", accept_unbounded=True
-    )
+    paths = robot.write_programme(lap, folder, run=run, name="lap", accept_unbounded=True)
     names = sorted(path.name for path in paths)
     src, dat = ((Path(folder) / f"lap.{suffix}").read_text() for suffix in ("src", "dat"))
 
 playback = robot.play(src, dat, cell.arm, interval=0.25)
 found = robot.deviation(lap, playback)
 print(f"read back: {1e6 * found.position:.3f} um, {found.axis:.1e} rad, {100 * found.timing:.4f} % of the time")
-replay = hm.simulate(replayed(scenario, log_of_playback(playback, scenario), "lap.src"))
+replay = hm.simulate(robot.replayed(scenario, robot.log_of_playback(playback, scenario), "lap.src"))
 # the magnet is compared, not the device: while it slips against the field, a run of Fig. 3 amplifies any difference
 apart = np.abs(replay.dataset.rpm_position.values - run.dataset.rpm_position.values).max()
 turned = np.abs(replay.dataset.rpm_moment.values - run.dataset.rpm_moment.values).max() / scenario.magnet[0].moment

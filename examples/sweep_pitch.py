@@ -12,7 +12,7 @@ print("Hz     bounded pitch     least gain")
 highest, least = [], []
 for frequency in data["frequency"].values:
     row = data.sel(frequency=frequency)
-    inside = row["verdict"] == hm.sweeps.Outcome.BOUNDED
+    inside = row["verdict"] == hm.Verdict.BOUNDED
     pitch = np.degrees(row["pitch"].values[inside.values])
     highest.append(pitch.max())
     least.append(float(row["gain"].where(inside).min()))

@@ -4,33 +4,13 @@ import json
 import os
 import subprocess
 import sys
-from functools import partial
 
 import pytest
 
 import helimag as hm
-from helimag import cli
+from helimag.hydrodynamics.boundary import cache
 
 TEXT = hm.load("paper/fig3c").to_toml()
-
-
-@pytest.fixture
-def helimag(monkeypatch, capsys):
-    """Run the command in this process: (status, stdout, stderr)."""
-
-    app = cli.app
-
-    def run(*words):
-        monkeypatch.setattr(cli, "app", partial(app, [str(word) for word in words]))
-        status = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            status = stop.code or 0
-        said = capsys.readouterr()
-        return status, said.out, said.err
-
-    return run
 
 
 def refused(result, *parts):
@@ -156,8 +136,9 @@ KEYS = "gain output_y_m input_u_m verdict reason end_time_s escape_time_s slips 
 
 def test_json_is_one_object_and_nothing_else(helimag, tmp_path):
     status, out, err = helimag("simulate", write(tmp_path / "a.toml"), "--duration", "7.1 s", "--json")
-    assert (status, err) == (0, "")
+    assert status == 0
     report = json.loads(out)
+    assert err.splitlines() == [f"helimag: warning: {warning['text']}" for warning in report["warnings"]]
     assert report.keys() >= {*KEYS.split(), "wall_time_s"}
     assert report["end_time_s"] == 7.1
     run = hm.simulate(hm.load("paper/fig3c"), duration=7.1)
@@ -173,6 +154,21 @@ def test_resistance_json(helimag):
     assert report["resistance"] == hm.resistance(scenario.device, scenario.fluid).tolist()
     assert report["model"] == "lighthill"
     assert len(report["mobility"]) == 6
+    assert report["bound_violated"] is True  # resistive-force theory of this device is more than an enclosing body's
+    assert report["error_estimate"] is None
+
+
+def test_resistance_of_the_boundary_model(helimag, tmp_path, monkeypatch):
+    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
+    ball = ["--set", "device.helix.length=0.5 mm", "--set", "device.hydrodynamics.model=boundary"]
+    status, out, _ = helimag("resistance", "paper/fig3c", "--json", *ball)
+    report = json.loads(out)
+    assert (status, report["bound_violated"], report["model"]) == (0, False, "boundary")
+    assert 0.0 < report["error_estimate"] <= 0.01
+    _, out, _ = helimag("resistance", "paper/fig3c", *ball)
+    assert "estimated error 0." in out
+    assert "encloses" not in out
+    assert "encloses the device, which cannot be" in helimag("resistance", "paper/fig3c")[1]
 
 
 def test_written_run_is_what_was_run(helimag, tmp_path):

@@ -5,7 +5,6 @@ import io
 import json
 import re
 import shlex
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -13,8 +12,9 @@ from typing import NamedTuple
 import pytest
 from cyclopts import CycloptsError
 
+import command_line
 import helimag
-from helimag.cli import app, main
+from helimag.cli import app
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted(
@@ -22,11 +22,12 @@ PAGES = sorted(
     for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
     if not {"_build", "generated"} & set(page.parts)
 )
-RUN_AS_WRITTEN = (
-    "README",
-    "docs/tutorial",
-    *(f"docs/howto/{name}" for name in ("write-a-scenario", "simulate", "own-resistance", "orbit")),
-)
+NEEDS_A_CLUSTER = Path("docs/howto/sweep-on-a-cluster.md")  # test_sweep_pages runs its recipe
+# run with -m nightly: minutes each
+LONG = {
+    Path(f"docs/howto/{name}.md")
+    for name in ("design", "plot", "reproduce-fig3", "robot-programme", "track-two-cameras")
+}
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 CLOSE = 0.02  # relative; the runs shown are sensitive to rounding, which differs between machines
 
@@ -78,33 +79,28 @@ def differs(shown: str, printed: str) -> str | None:
     return None
 
 
-def run_command(line: str, monkeypatch: pytest.MonkeyPatch) -> tuple[int, str]:
+def run_command(line: str) -> tuple[int, str]:
     """Run a helimag command line, perhaps with its output into a file; exit status and what it printed."""
-    words = shlex.split(line)
+    words = shlex.split(line)[1:]
     target = words[words.index(">") + 1] if ">" in words else None
-    monkeypatch.setattr(sys, "argv", words[: words.index(">")] if target else words)
-    out, err = io.StringIO(), io.StringIO()
-    status = 0
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            main()
-        except SystemExit as end:
-            status = int(end.code or 0)
+    said = command_line.run(*(words[: words.index(">")] if target else words))
     if target:
-        Path(target).write_text(out.getvalue(), encoding="utf-8")
-        return status, ""
-    return status, err.getvalue() if status else out.getvalue()
+        Path(target).write_text(said.out, encoding="utf-8")
+        return said.status, ""
+    return said.status, said.err if said.status else said.out
 
 
-@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell, on purpose
-@pytest.mark.parametrize("name", RUN_AS_WRITTEN)
-def test_page_runs_as_written(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = Path(f"{name}.md")
-    monkeypatch.chdir(tmp_path)
+def run_page(page: Path) -> None:
+    """Run a page in the current folder: files are saved, code and commands run, and what they print is compared.
+
+    A text block shows what the Python block before it prints; other text blocks, and TOML without *Save as*, only show
+    a form.
+    """
     space: dict[str, object] = {"__name__": "page"}
-    printed = ""
+    printed: str | None = None
     for block in blocks(page):
         where = f"{page}:{block.line}"
+        before, printed = printed, None
         if block.saved_as is not None:
             Path(block.saved_as).write_text(block.text, encoding="utf-8")
         elif block.language == "python":
@@ -112,25 +108,44 @@ def test_page_runs_as_written(name: str, tmp_path: Path, monkeypatch: pytest.Mon
             with contextlib.redirect_stdout(out):
                 exec(compile(block.text, where, "exec"), space)
             printed = out.getvalue()
-        elif block.language == "text":
-            assert (difference := differs(block.text, printed)) is None, f"{where}: {difference}"
+        elif block.language == "text" and before is not None:
+            assert (difference := differs(block.text, before)) is None, f"{where}: {difference}"
         elif block.language == "console":
             for command, shown in commands(block):
-                status, output = run_command(command, monkeypatch)
+                status, output = run_command(command)
                 assert status == (2 if shown.startswith("helimag: ") else 0), f"{where}: {command}: {output}"
                 if shown.strip():
                     assert (difference := differs(shown, output)) is None, f"{where}: {command}: {difference}"
 
 
-@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
+RUNNABLE = [
+    pytest.param(page, id=str(page), marks=[pytest.mark.nightly] if page in LONG else [])
+    for page in PAGES
+    if page != NEEDS_A_CLUSTER and any(block.language in ("console", "python") for block in blocks(page))
+]
+
+
+@pytest.mark.parametrize("page", RUNNABLE)
+def test_page_runs_as_written(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run_page(page)
+
+
+def test_every_how_to_is_run() -> None:
+    pages = {param.values[0] for param in RUNNABLE}
+    how_tos = {page for page in PAGES if page.parent == Path("docs/howto")}
+    assert how_tos - {NEEDS_A_CLUSTER} <= pages
+    assert pages >= LONG, "a page in the list is gone"
+
+
 @pytest.mark.parametrize(("page", "runs"), [("README.md", 3), ("docs/model.md", 11)])
-def test_tables_of_runs_are_true(page: str, runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tables_of_runs_are_true(page: str, runs: int) -> None:
     """A row that ends in a command claims a **verdict**, and perhaps a wall, a time and a gain."""
     text = (ROOT / page).read_text("utf-8")
     rows = re.findall(r"^\|.*\|(.*)\| `(helimag simulate .*)` \|$", text, re.MULTILINE)
     assert len(rows) == runs
     for claim, command in rows:
-        status, output = run_command(f"{command} --json", monkeypatch)
+        status, output = run_command(f"{command} --json")
         assert status == 0, output
         result = json.loads(output)
         verdict, time, gain = claimed(claim)

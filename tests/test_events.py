@@ -8,7 +8,7 @@ import pytest
 import helimag as hm
 import oracles
 from helimag.engine import simulation
-from helimag.engine.loop import Status
+from helimag.outcomes import End
 
 CONTACT = np.hypot(0.0175, 0.010) + 0.0003603
 NEAR = {"distance": 0.040, "beta": np.radians(5.0)}
@@ -208,7 +208,7 @@ def test_a_run_that_breaks_down_says_so(changes):
     with pytest.raises(hm.RunError, match="broke down at"):
         oracles.run(oracles.case(**changes), 1.0)
     (history,) = simulation.advance([oracles.scenario_of(oracles.case(**changes))])
-    assert history.status is Status.NOT_FINITE
+    assert history.status is End.NOT_FINITE
 
 
 def test_a_start_inside_the_magnet_is_no_number():
@@ -223,10 +223,20 @@ def test_tolerance_must_be_positive(tolerance):
         oracles.run(oracles.case(), 1.0, tolerance=tolerance)
 
 
-def test_empty_and_mixed_batches_are_refused():
+def test_an_empty_batch_is_refused():
     with pytest.raises(hm.InputError, match="at least one"):
         hm.simulate_many([])
-    dipole = oracles.scenario_of(oracles.case())
+
+
+def test_runs_of_a_batch_may_differ_in_their_formulas():
+    """A dipole, a cylinder and a sampled path side by side: each as if it were alone, in the order given."""
+    dipole = oracles.scenario_of(oracles.case(), '[run]\nduration = "2 s"')
     magnet = {"moment": 18.89, "radius": 0.0175, "height": 0.02, "field": "cylinder"}
-    with pytest.raises(hm.InputError, match=r"magnet\.field"):
-        hm.simulate_many([dipole, dipole.replaced({"magnet": [magnet]})])
+    cylinder = dipole.replaced({"magnet": [magnet]})
+    path = {"time": [0.0, 1.0, 2.0], "position": [[0.0, -0.045, 0.15], [0.001, -0.045, 0.15], [0.002, -0.045, 0.151]]}
+    sampled = dipole.replaced({"drive.path": path, "drive.yaw_rate": 0.0, "drive.velocity": (0.0, 0.0, 0.0)})
+    scenarios = [dipole, sampled, cylinder, dipole, sampled]
+    together = hm.simulate_many(scenarios)
+    for scenario, run in zip(scenarios, together, strict=True):
+        assert np.array_equal(oracles.states_of(hm.simulate(scenario)), oracles.states_of(run))
+    assert not np.array_equal(together[0].final_state, together[2].final_state)

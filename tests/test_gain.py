@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from helimag.errors import InputError
-from helimag.runs.gain import End, Heights, Verdict, judge
+from helimag.outcomes import End, Verdict
+from helimag.runs.gain import Heights, judge
 from helimag.runs.trajectory import Trajectory
 
 TIME = np.linspace(0.0, 1800.0, 1801)

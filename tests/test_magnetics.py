@@ -3,6 +3,7 @@
 import magpylib
 import numpy as np
 import pytest
+import warp as wp
 
 import oracles
 from helimag.engine import packing as _pack
@@ -33,15 +34,37 @@ def differences(field, r, m, step):
     return gradient
 
 
+@wp.kernel(enable_backward=False)
+def cylinders(
+    magnets: wp.array(dtype=magnetics.Magnet),
+    places: wp.array(dtype=wp.vec3d),
+    axis: wp.vec3d,
+    moments: wp.array(dtype=wp.vec3d),
+    fields: wp.array(dtype=wp.vec3d),
+    forces: wp.array(dtype=wp.vec3d),
+):
+    i = wp.tid()
+    field, force = magnetics.cylinder(magnets[0], places[i], axis, moments[i])
+    fields[i] = field
+    forces[i] = force
+
+
+def fields_and_forces(packed, places, axis, moments):
+    """The kernels' cylinder at many places: (n, 3) each."""
+    count = len(places)
+    magnets = wp.array(packed, dtype=magnetics.Magnet, device="cpu")
+    given = [wp.array(values, dtype=wp.vec3d, device="cpu") for values in (places, moments)]
+    found = [wp.zeros(count, dtype=wp.vec3d, device="cpu") for _ in range(2)]
+    inputs = [magnets, given[0], wp.vec3d(*axis), given[1], *found]
+    wp.launch(cylinders, dim=count, inputs=inputs, device="cpu")
+    return tuple(array.numpy() for array in found)
+
+
 def cylinder_field_and_force(r, axis, m):
-    """The kernels' cylinder at one place, through a scenario's magnet."""
-    scenario = oracles.scenario_of(oracles.case())
-    multipoles = _pack.multipoles(scenario.magnet[0])
-    wp_vec = magnetics.wp.vec3d
-    field, force = magnetics.axial_field_and_force(
-        wp_vec(*r), wp_vec(*axis), magnetics.Multipoles(*multipoles), wp_vec(*m)
-    )
-    return np.array(field), np.array(force)
+    """The same at one place, for the paper's magnet."""
+    packed = _pack.pack_magnets([oracles.scenario_of(oracles.case())])[0]
+    field, force = fields_and_forces(packed, np.array([r]), axis, np.array([m]))
+    return field[0], force[0]
 
 
 def test_dipole_field_matches_magpylib():
@@ -174,3 +197,120 @@ def test_device_below_a_magnet_swims_the_way_its_axis_is_turned_back():
     ]
     nose = -axis  # below the magnet the field turns the other way round
     assert np.arctan2(nose[2], nose[0]) == pytest.approx(-np.arctan(np.tan(tilt) / 2.0), abs=1e-14)
+
+
+ASPECTS = [(0.0175, 0.020), (0.0175, 0.004), (0.01, 0.02), (0.01, 0.05), (0.005, 0.06)]  # radius and height (m)
+
+
+def packed_magnet(radius, height):
+    """A magnet as the kernels take it, through a scenario, and magpylib's."""
+    import helimag as hm
+
+    model = hm.load("paper/fig3c").replaced({"magnet.radius": radius, "magnet.height": height, "drive.distance": 1.0})
+    source = magpylib.magnet.Cylinder(
+        polarization=(0, 0, MU0 * MOMENT / (np.pi * radius**2 * height)), dimension=(2 * radius, height)
+    )
+    return _pack.pack_magnets([model])[0], source
+
+
+def gaps(points, radius, height):
+    """Distance from the surface of a cylinder about z; zero inside."""
+    across = np.maximum(np.hypot(points[:, 0], points[:, 1]) - radius, 0.0)
+    along = np.maximum(np.abs(points[:, 2]) - height / 2, 0.0)
+    return np.hypot(across, along)
+
+
+@pytest.mark.parametrize(
+    ("reading", "radius", "height"),
+    [("from its surface", *size) for size in ASPECTS]
+    + [("from its centre", radius, height) for radius, height in ASPECTS if height <= 1.2 * radius],
+)
+def test_cylinder_is_magpylibs_at_500_points_outside_one_diameter(reading, radius, height):
+    """Field to 0.1 % and force to 0.5 %: a diameter from the surface for any shape, or from the centre of a short one.
+
+    A long magnet reaches half its length from the centre: a diameter from there is close to it, or inside.
+    """
+    packed, source = packed_magnet(radius, height)
+    points = np.empty((0, 3))
+    while len(points) < 500:
+        more = directions(4000) * RNG.uniform(0.0, 8 * radius + height, size=(4000, 1))
+        far = gaps(more, radius, height) if reading == "from its surface" else np.linalg.norm(more, axis=1)
+        points = np.concatenate([points, more[far > 2 * radius]])[:500]
+    moments = 6e-4 * directions(500)
+    fields, forces = fields_and_forces(packed, points, (0.0, 0.0, 1.0), moments)
+    theirs = source.getB(points)
+    assert (np.linalg.norm(fields - theirs, axis=1) < 1e-3 * np.linalg.norm(theirs, axis=1)).all()
+    step = radius / 100
+    gradients = np.zeros((500, 3))
+    for i, unit in enumerate(np.eye(3)):
+        for k, weight in ((1, 0.75), (2, -0.15), (3, 1 / 60)):
+            change = source.getB(points + k * step * unit) - source.getB(points - k * step * unit)
+            gradients[:, i] += weight / step * np.einsum("nj,nj->n", change, moments)
+    assert (np.linalg.norm(forces - gradients, axis=1) < 5e-3 * np.linalg.norm(gradients, axis=1)).all()
+
+
+def two_magnets(field="dipole"):
+    """A case with two magnets of their own offsets and phases, and the same as scenarios, together and each alone."""
+    case = oracles.case(magnets=[((0.01, -0.05, 0.02), 18.89), ((-0.03, 0.04, 0.01), 7.0)], beta=0.3)
+    both = oracles.scenario_of(case)
+    models = [
+        dict(magnet.model_dump(exclude_none=True), field=field, phase=phase)
+        for magnet, phase in zip(both.magnet, (0.4, -1.9), strict=True)
+    ]
+    return case, [both.replaced({"magnet": chosen}) for chosen in (models, models[:1], models[1:])]
+
+
+@pytest.mark.parametrize("field", ["dipole", "cylinder"])
+def test_two_magnets_are_the_sum_of_one_and_one(field):
+    from helimag.diagnosis.turn import over_a_turn
+
+    place = np.array([[0.02, -0.03, -0.14]])
+    together, one, other = (over_a_turn(scenario, place)[0] for scenario in two_magnets(field)[1])
+    np.testing.assert_allclose(together, one + other, rtol=1e-13, atol=1e-19)
+
+
+def test_magnets_with_phases_are_dipoles_turned_ahead():
+    """Field and force over a turn, each magnet's moment ahead of the spin by its phase."""
+    from helimag.diagnosis.turn import over_a_turn
+
+    case, (together, *_) = two_magnets()
+    place = np.array([0.02, -0.03, -0.14])
+    fields, forces = over_a_turn(together, place[None])
+    arm = oracles.turn("y", -case["beta"])
+    for j in range(0, fields.shape[1], 5):
+        spin = 2 * np.pi * j / fields.shape[1]
+        sources = [
+            (place - arm @ np.array(offset), moment * arm @ [0, np.cos(spin + phase), np.sin(spin + phase)])
+            for (offset, moment), phase in zip(case["magnets"], (0.4, -1.9), strict=True)
+        ]
+        field = sum(oracles.field_and_force(r, big, big)[0] for r, big in sources)
+        m = case["moment"] * field / np.linalg.norm(field)
+        np.testing.assert_allclose(fields[0, j], field, rtol=1e-12, atol=1e-18)
+        expected = sum(oracles.field_and_force(r, big, m)[1] for r, big in sources)
+        np.testing.assert_allclose(forces[0, j], expected, rtol=1e-11, atol=1e-18)
+
+
+def test_a_phase_is_a_drive_that_started_earlier():
+    """One magnet with a phase runs as one on a path whose samples carry that phase; its moment is recorded turned."""
+    import helimag as hm
+
+    base = hm.load("paper/table1-row1").replaced({"workspace": {}, "run": {"duration": "3 s"}})
+    ahead = base.replaced({"magnet.phase": "70 deg"})
+    path = {
+        "position": [[0.0, 0.0, 0.102], [0.825e-3 * 3, 0.0, 0.102]],
+        "time": [0.0, 3.0],
+        "phase": ["70 deg", "70 deg"],
+    }
+    drawn = base.replaced({"drive.velocity": [0.0, 0.0, 0.0], "drive.path": path})
+    one, other, plain = (hm.simulate(scenario, interval=0.5).dataset for scenario in (ahead, drawn, base))
+    np.testing.assert_allclose(one.position, other.position, atol=2e-9)
+    np.testing.assert_allclose(one.rpm_moment, other.rpm_moment, atol=1e-9)
+    assert np.abs(one.position.values - plain.position.values).max() > 1e-6
+
+
+def test_the_turning_field_of_checks_knows_phases():
+    from helimag.checks import least_field
+    from helimag.diagnosis import diagnose
+
+    together = two_magnets()[1][0]
+    assert diagnose(together).field[0] == pytest.approx(least_field(together), rel=2e-3)  # of 64 phases

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 import helimag as hm
-from helimag.engine.simulation import advance
+from helimag.engine import advance
+from helimag.geometry import long_axes
 from helimag.orbits import OrbitStatus, find_orbits, list_orbits, observed_growth
 from helimag.orbits.beside_runs.growth import leading_direction
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.newton import solve
 from helimag.orbits.strobe.orbit import describe_rates
 from helimag.orbits.strobe.problem import Problem
-from helimag.orbits.strobe.starts import default_box, long_axes, on_grid, strobed, to_lab, to_moving
+from helimag.orbits.strobe.starts import default_box, on_grid, strobed, to_lab, to_moving
 
 ONE = np.zeros(1, dtype=np.int64)
 
@@ -213,7 +214,7 @@ def test_walls_matter_where_the_device_comes(scenario: hm.Scenario, orbit: hm.Or
     x = found.position[0]
     assert found.found
     assert x < -0.1
-    (tip,) = found.position[:1] - 0.014 * long_axes(found.state[None])[:, 0]
+    (tip,) = found.position[:1] - 0.014 * long_axes(found.state[None, 3:])[:, 0]
     beyond, between = (still.replaced({"workspace.walls.x": [at, 0.2]}) for at in (min(x, tip) - 2e-3, max(x, tip)))
     assert hm.find_orbit(beyond, near=found).found
     assert hm.find_orbit(between, near=found).status is OrbitStatus.WALL_LIMITED

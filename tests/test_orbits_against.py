@@ -13,12 +13,11 @@ import xarray
 import helimag as hm
 from helimag.cli import main
 from helimag.cli.orbit_against import _inputs
-from helimag.engine.loop import Status
 from helimag.orbits import Comparison, Why, compare_with_orbits, comparison_dataset, stable_segments, survey
 from helimag.orbits.beside_runs.against import _why, away_from_boundary
 from helimag.orbits.curves.spreading import Spread
 from helimag.orbits.strobe.starts import open_water
-from helimag.runs.gain import Verdict
+from helimag.outcomes import End, Verdict
 from helimag.sweeps import Nodes, nodes_of
 
 # as from a shell
@@ -149,7 +148,7 @@ def test_each_difference_is_run_on_and_named(store: Path) -> None:
 )
 def test_reasons(verdict: Verdict, stable: bool, stays: bool, beside: bool, why: Why) -> None:
     assert _why(verdict, stable, stays, beside) is why
-    assert why.meaning
+    assert why.sentence
 
 
 def test_nodes_beside_the_boundary_are_those_with_a_neighbour_of_the_other_kind() -> None:
@@ -240,7 +239,7 @@ def test_a_run_whose_numbers_break_down_is_named(monkeypatch: pytest.MonkeyPatch
 
     nodes = nodes_of(hm.load_sweep(store))
     advance = against.advance
-    broken = Status.NOT_FINITE
+    broken = End.NOT_FINITE
     monkeypatch.setattr(
         against, "advance", lambda *args, **given: [replace(h, status=broken) for h in advance(*args, **given)]
     )

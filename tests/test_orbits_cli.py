@@ -1,25 +1,18 @@
 """The orbit commands: what they print, and one clear line with status 2 for bad input."""
 
 import json
-import sys
 
 import pytest
 
-from helimag.cli import main
+import command_line
 from helimag.design import robust_inputs
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
 SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]
 
 
-def run(monkeypatch, capsys, *words):
-    monkeypatch.setattr(sys, "argv", ["helimag", *words])
-    status = 0
-    try:
-        main()
-    except SystemExit as end:
-        status = end.code
-    return status, *capsys.readouterr()
+def run(_monkeypatch, _capsys, *words):
+    return command_line.run(*words)
 
 
 def test_orbit_as_json(monkeypatch, capsys):

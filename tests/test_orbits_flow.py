@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import helimag as hm
-from helimag.engine.loop import Status
 from helimag.orbits import (
     attraction,
     averaged_rates,
@@ -18,10 +17,9 @@ from helimag.orbits import (
     robust_inputs,
     slow_flow,
 )
-from helimag.orbits.datasets import ENDS
 from helimag.orbits.slow_flow.attraction import comes_to
 from helimag.orbits.slow_flow.averaging import SlowFlow
-from helimag.runs.gain import Verdict
+from helimag.outcomes import BasinEnd, End, Verdict
 
 
 @pytest.fixture(scope="module")
@@ -115,11 +113,11 @@ def test_a_basin_needs_runs_that_can_tell(orbit: hm.Orbit) -> None:
 def test_a_start_whose_run_breaks_down_meets_no_wall(orbit: hm.Orbit, monkeypatch: pytest.MonkeyPatch) -> None:
     strobed = attraction.strobed
     monkeypatch.setattr(
-        attraction, "strobed", lambda *a, **k: [replace(run, status=Status.NOT_FINITE) for run in strobed(*a, **k)]
+        attraction, "strobed", lambda *a, **k: [replace(run, status=End.NOT_FINITE) for run in strobed(*a, **k)]
     )
     found = basin(orbit, low=orbit.position - 0.003, high=orbit.position + 0.003, shape=(2, 2, 2), duration=10.0)
     assert set(found.ends) == {"broke down"}
-    assert (basin_dataset(found).end == ENDS.index("broke down")).all()
+    assert (basin_dataset(found).end == BasinEnd.BROKE_DOWN).all()
 
 
 def test_coming_to_an_orbit_is_being_near_or_coming_nearer(orbit: hm.Orbit) -> None:

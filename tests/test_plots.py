@@ -7,7 +7,6 @@ import av
 import matplotlib as mpl
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import helimag as hm
 from helimag import plots
@@ -230,10 +229,7 @@ def test_shapes_have_the_sizes_and_turns_of_the_scenario():
     assert all((face[:, 2].mean() > 0.0) == up for face, up in zip(faces, north, strict=True))
 
 
-def test_rotations_agree_with_scipy():
-    quaternion = Rotation.random(rng=1).as_quat(scalar_first=True)
-    expected = Rotation.from_quat(quaternion, scalar_first=True).as_matrix()
-    np.testing.assert_allclose(_shapes.body_rotation(quaternion), expected, atol=1e-15)
+def test_a_magnet_is_turned_to_its_moment():
     for direction in (np.array([0.6, 0.0, -0.8]), np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])):
         turn = _shapes.axis_rotation(direction)
         np.testing.assert_allclose(turn[:, 2], direction, atol=1e-15)

@@ -6,9 +6,13 @@ import json
 import numpy as np
 import pytest
 
+from helimag.engine import advance
+from helimag.ensembles import Perturbation
 from helimag.errors import FileError, InputError
-from helimag.reproduce import _ensemble, fig3
-from helimag.runs.gain import End, Heights, gain_until
+from helimag.outcomes import End
+from helimag.reproduce import fig3
+from helimag.reproduce._table import DISPLACEMENT
+from helimag.runs.gain import Heights, gain_until
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
 
@@ -23,9 +27,8 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def result(folder):
     done = []
-    run_ensembles = _ensemble.run_ensembles
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("helimag.reproduce._fig3.run_ensembles", lambda s, **k: run_ensembles(s, twins=TWINS, **k))
+        patch.setattr("helimag.reproduce._fig3.TWINS", TWINS)
         result = fig3(folder, progress=done.append)
     assert done == sorted(done)
     assert done[-1] == 1.0
@@ -126,10 +129,11 @@ def test_a_file_in_the_folders_place_is_refused(tmp_path):
 
 
 def test_displacements_are_those_stated():
-    states = _ensemble.displaced_states((0.0, -0.045, 0.0), 20000, np.random.default_rng(1))
-    np.testing.assert_array_equal(states[0], [0.0, -0.045, 0.0, 1.0, 0.0, 0.0, 0.0])
-    np.testing.assert_allclose(states[1:, :3].std(axis=0), 10e-6, rtol=0.03)
-    np.testing.assert_array_equal(states[:, 3:], np.tile([1.0, 0.0, 0.0, 0.0], (20001, 1)))
+    start = load("paper/fig3b").drive.start
+    copies = Perturbation(displacement=DISPLACEMENT).copies(load("paper/fig3b"), 20000, np.random.default_rng(1))
+    np.testing.assert_allclose(copies.states[:, :3].mean(axis=0), start, atol=3e-7)
+    np.testing.assert_allclose(copies.states[:, :3].std(axis=0), 10e-6, rtol=0.03)
+    np.testing.assert_array_equal(copies.states[:, 3:], np.tile([1.0, 0.0, 0.0, 0.0], (20000, 1)))
 
 
 def heights(low, high):
@@ -158,5 +162,5 @@ def test_gain_until_a_time_counts_samples_up_to_it():
 
 
 def test_gain_until_the_end_is_the_gain():
-    history = _ensemble.advance([load("paper/fig3c").replaced({"run.duration": 50.0})])[0]
+    history = advance([load("paper/fig3c").replaced({"run.duration": 50.0})])[0]
     assert gain_until(history.heights, 50.0) == history.judge().gain

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from helimag import quantities as q
-from helimag.reproduce._fig4 import Input, fig4, trends
-from helimag.sweeps import Outcome, load_sweep
+from helimag.outcomes import Verdict
+from helimag.reproduce._fig4 import SweptInput, fig4, trends
+from helimag.sweeps import load_sweep
 
 INPUTS = (
-    Input("drive.pitch", q.ANGLE, 8.0, 17.0, 3.0),
-    Input("drive.distance", q.LENGTH, 146.0, 154.0, 4.0),
+    SweptInput("drive.pitch", q.ANGLE, 8.0, 17.0, 3.0),
+    SweptInput("drive.distance", q.LENGTH, 146.0, 154.0, 4.0),
 )
 
 
@@ -39,7 +40,7 @@ def test_each_pass_starts_from_the_values_of_least_gain_before_it(made):
             values, gain, flags = (
                 np.concatenate([store[key].values for store in stores]) for key in (name, "gain", "verdict")
             )
-            gain = np.where(flags == Outcome.BOUNDED, gain, np.inf)
+            gain = np.where(flags == Verdict.BOUNDED, gain, np.inf)
             assert np.isfinite(gain.min())
             held[name] = values[gain.argmin()]
             (row,) = [row for row in result.rows if row["frequency_hz"] == frequency and row["input"] == name]
@@ -50,7 +51,7 @@ def test_each_pass_starts_from_the_values_of_least_gain_before_it(made):
 def test_the_fine_pass_lies_around_the_bounded_set(made):
     folder, _ = made
     wide, fine = (load_sweep(folder / "fig4-sweeps" / f"2.5Hz-pitch-{part}.zarr") for part in ("wide", "fine"))
-    inside = wide["pitch"].values[wide["verdict"].values == Outcome.BOUNDED]
+    inside = wide["pitch"].values[wide["verdict"].values == Verdict.BOUNDED]
     step = np.radians(3.0)
     low, high = max(inside.min() - step, np.radians(8.0)), min(inside.max() + step, np.radians(17.0))
     assert (fine["pitch"].values[0], fine["pitch"].values[-1]) == pytest.approx((low, high), rel=1e-9)

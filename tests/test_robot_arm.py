@@ -7,10 +7,16 @@ import pytest
 
 from helimag.errors import FileError, InputError
 from helimag.robot import forward, inverse_kinematics, load_arm, load_cell, within_limits
-from helimag.robot.arm.frames import angles, frame, inverse, rotation, rotation_angle, turn_vector, vector_turn
+from helimag.robot.arm.frames import angles, frame, inverse, rotation, turn_vector, vector_turn
 from helimag.robot.arm.kinematics import BRANCHES, TURN
 
 pin = pytest.importorskip("pinocchio")
+
+
+def rotation_angle(first, second):
+    """Angles (n,) between rotations, by Pinocchio's logarithm."""
+    return np.array([np.linalg.norm(pin.log3(a.T @ b)) for a, b in zip(first, second, strict=True)])
+
 
 ARM = load_arm("kr10_r1100_2")
 COUNT = 10_000

@@ -1,5 +1,6 @@
 """Programmes: round trip from plan over KRL text to poses, what the reader refuses, that nothing gets injected."""
 
+import dataclasses
 import math
 import re
 from functools import cache
@@ -8,14 +9,18 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
+from helimag.engine import simulate
 from helimag.errors import InputError
-from helimag.robot import deviation, load_cell, plan, play, write_krl, write_programme
-from helimag.robot.arm.frames import rotation_angle, turn
+from helimag.geometry import turn
+from helimag.robot import as_programmed, deviation, load_cell, plan, play, rehearse, write_krl, write_programme
 from helimag.robot.krl.instructions import arc_angle, arc_centre
 from helimag.robot.krl.reader import Assign, Move, Wait, read_krl
 from helimag.robot.krl.writer import checked_name, comment, name_for, number
 from helimag.robot.programme import programme_texts
+from helimag.runs.gain import Verdict
+from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
 
 CELL = load_cell()
@@ -24,6 +29,11 @@ CELL = load_cell()
 @cache
 def straight():
     return plan(load("paper/table1-row1"), CELL)
+
+
+@cache
+def straight_run():
+    return rehearse(straight())
 
 
 @cache
@@ -218,8 +228,8 @@ def test_numbers_are_plain(value):
 def test_a_hostile_scenario_name_injects_nothing():
     hostile = 'x\nPTP {A1 90}\r\n$VEL.CP=2\n;FOLD"""\nimport os\n"}\x85\u2028END'
     scenario = load("paper/table1-row1").replaced({"name": hostile})
-    texts = programme_texts(plan(scenario, CELL), verdict="bounded", reason="settled\n$OUT[1]=TRUE")
-    clean = programme_texts(straight(), verdict="bounded", reason="settled")
+    texts = programme_texts(plan(scenario, CELL), run=straight_run(), accept_unbounded=True)
+    clean = programme_texts(straight(), run=straight_run(), accept_unbounded=True)
     (src,) = (text for name, text in texts.items() if name.endswith(".src"))
     (plain,) = (text for name, text in clean.items() if name.endswith(".src"))
 
@@ -235,35 +245,98 @@ def test_a_hostile_scenario_name_injects_nothing():
 
 
 def test_unbounded_runs_need_to_be_accepted_and_carry_a_warning(tmp_path):
-    with pytest.raises(InputError, match=r"not bounded \(fell: down\).*--accept-unbounded"):
-        write_programme(straight(), tmp_path, verdict="fell", reason="down")
+    judgement = straight_run().judgement
+    assert judgement.verdict != "bounded"
+    with pytest.raises(InputError, match=rf"not bounded \({judgement.verdict}: .*--accept-unbounded"):
+        write_programme(straight(), tmp_path)  # simulates for itself
     assert list(tmp_path.iterdir()) == []
-    paths = write_programme(straight(), tmp_path, verdict="fell", reason="down", accept_unbounded=True)
+    paths = write_programme(straight(), tmp_path, run=straight_run(), accept_unbounded=True)
     text = next(path for path in paths if path.suffix == ".src").read_text()
-    assert "; WARNING: THE SIMULATED RUN IS NOT BOUNDED. fell: down" in text.splitlines()[3]
-    calm = write_programme(straight(), tmp_path, verdict="bounded", reason="settled")
-    assert "WARNING" not in next(path for path in calm if path.suffix == ".src").read_text()
+    assert f"; WARNING: THE SIMULATED RUN IS NOT BOUNDED. {judgement.verdict}: " in text.splitlines()[3]
+    assert f"; Verdict: {judgement.verdict}; {judgement.reason}" in text.splitlines()
+    ended = f"; Simulated: the programme's own path without unwindings, {judgement.end_time:.3f} s of 193.900 s"
+    assert ended in text.splitlines()
 
 
-def test_header_names_scenario_hash_and_duration():
-    texts = programme_texts(straight(), verdict="bounded", reason="settled", name="row1")
-    assert sorted(texts) == [
-        "row1.dat",
-        "row1.src",
-        "row1_motor.csv",
-        "row1_path.csv",
-        "row1_path.json",
-        "row1_robodk.py",
-    ]
-    for name in ("row1.src", "row1_robodk.py"):
-        assert straight().scenario.hash in texts[name]
-        assert "Expected duration: 193.900 s" in texts[name]
+def test_a_bounded_run_needs_no_word_and_carries_no_warning(tmp_path):
+    """A verdict of bounded, as the one rule that judges runs gives it, opens the gate."""
+    run = straight_run()
+    calm = Trajectory(run.dataset.copy())
+    calm.judgement = dataclasses.replace(run.judgement, verdict=Verdict.BOUNDED, reason="settled")
+    paths = write_programme(straight(), tmp_path, run=calm)
+    text = next(path for path in paths if path.suffix == ".src").read_text()
+    assert "WARNING" not in text
+    assert "; Verdict: bounded; settled" in text.splitlines()
+
+
+def changed_run(**attributes):
+    return Trajectory(straight_run().dataset.assign_attrs(attributes))
+
+
+CHEATS = {
+    "another scenario": (lambda: simulate(load("paper/table1-row7"), duration=2.0), "run must be of the path"),
+    "a shorter duration": (lambda: simulate(straight().scenario, duration=20.0), "run must be of the path"),
+    "the end cut off": (
+        lambda: Trajectory(changed_run(end="horizon").dataset.isel(time=slice(0, 50))),
+        r"last as long as the programme, 193\.9 s; it stops at 5\.",
+    ),
+    "another start": (
+        lambda: simulate(straight().scenario, initial_state=[0.0, 0.001, 0.0, 1.0, 0.0, 0.0, 0.0]),
+        "run must begin as the scenario does",
+    ),
+    "the beginning cut off": (
+        lambda: Trajectory(straight_run().dataset.isel(time=slice(5, None))),
+        "run must begin as the scenario does",
+    ),
+    "a measured run": (lambda: changed_run(source="measured"), "run must be a simulated one"),
+    "another's hash typed in": (
+        lambda: Trajectory(
+            simulate(load("paper/table1-row7"), duration=2.0).dataset.assign_attrs(
+                scenario_hash=straight().scenario.hash
+            )
+        ),
+        "run must be of the path",
+    ),
+}
+
+
+@pytest.mark.parametrize("cheat", CHEATS)
+def test_only_the_programmes_own_run_opens_the_gate(tmp_path, cheat):
+    make, words = CHEATS[cheat]
+    with pytest.raises(InputError, match=words) as caught:
+        write_programme(straight(), tmp_path, run=make(), accept_unbounded=True)
+    assert "\n" not in str(caught.value)
+    assert "leave the run out" in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_nobody_states_the_verdict():
+    with pytest.raises(TypeError, match="verdict"):
+        write_programme(straight(), "nowhere", verdict="bounded", reason="settled")
+
+
+def test_unwindings_are_part_of_the_judged_run():
+    """A run without them, or with others, is no run of the programme."""
+    found = plan(load("paper/fig3c").replaced({"run.duration": "420 s", "run.interval": "1 s"}), CELL, unwind=True)
+    assert len(found.unwindings) == 1
+    own = as_programmed(found)
+    assert own.run.duration == pytest.approx(420.0 + found.unwindings[0].duration)
+    with pytest.raises(InputError, match="with the programme's 1 unwindings"):
+        programme_texts(found, run=simulate(found.scenario), accept_unbounded=True)
+    slower = CELL.model_copy(update={"speed_share": 0.25})
+    other = plan(found.scenario, slower, unwind=True)
+    assert other.unwindings != found.unwindings
+    with pytest.raises(InputError, match="with the programme's 1 unwindings"):
+        programme_texts(found, run=rehearse(other), accept_unbounded=True)
+    texts = programme_texts(found, accept_unbounded=True, name="lap")
+    assert f"; Simulated path's hash: {own.hash}" in texts["lap.src"].splitlines()
+    assert "; Simulated: the programme's own path with its 1 unwindings," in texts["lap.src"]
 
 
 def test_infeasible_plans_are_not_written(tmp_path):
     found = plan(load("paper/fig3c"), CELL)
     with pytest.raises(InputError, match=r"cannot run 'paper/fig3c': at 38\d\.\d\d s A6 would pass"):
-        write_programme(found, tmp_path, verdict="bounded", reason="settled")
+        write_programme(found, tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -340,4 +413,5 @@ def test_arc_turns_the_tool_with_the_path():
     assert np.all(np.diff(playback.time) > 0.0)
     first = playback.pose[0, :3, :3]
     for time, pose in zip(playback.time[::7], playback.pose[::7, :3, :3], strict=True):
-        assert rotation_angle(pose, turn(2, math.radians(1.8) * time) @ first) < 2e-6
+        planned = turn(2, math.radians(1.8) * time) @ first
+        assert Rotation.from_matrix(planned.T @ pose).magnitude() < 2e-6

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from helimag.engine.simulation import simulate
+from helimag.engine import simulate
 from helimag.errors import InputError
 from helimag.robot import forward, load_cell, magnet_path, plan, report
 from helimag.robot.arm.collision import capsules, clearances, segment_box_distance, tool_frames_in_base

@@ -221,6 +221,37 @@ def test_decimal_units_are_exact(text, kind, value):
     assert q.parse(text, kind) == value
 
 
+def test_a_grade_is_remanence_times_volume():
+    """35 x 20 mm of N45: the 20.67 A m^2 found elsewhere for the paper's magnet, whose own 18.89 lies outside."""
+    text = TEXT.replace('moment = "18.89 A m^2"', 'grade = "N45"')
+    magnet = parse(text).magnet[0]
+    volume = math.pi * 0.0175**2 * 0.020
+    assert magnet.dipole_moment == pytest.approx(1.35 * volume / (4e-7 * math.pi), rel=1e-12)
+    assert magnet.dipole_moment == pytest.approx(20.67, abs=0.005)
+    assert magnet.dipole_moment_uncertainty == pytest.approx(0.03 * volume / (4e-7 * math.pi), rel=1e-9)
+    assert magnet.dipole_moment - 18.89 > 3 * magnet.dipole_moment_uncertainty
+    assert parse(parse(text).to_toml()) == parse(text)
+    # changing a size changes the moment with it
+    assert parse(text).replaced({"magnet.height": "40 mm"}).magnet[0].dipole_moment == 2 * magnet.dipole_moment
+
+
+def test_a_remanence_is_a_grade_without_a_range():
+    magnet = parse(TEXT.replace('moment = "18.89 A m^2"', 'remanence = "1350 mT"')).magnet[0]
+    assert magnet.dipole_moment == pytest.approx(20.67, abs=0.005)
+    assert magnet.dipole_moment_uncertainty is None
+    known = hm.load("paper/fig3c").replaced({"magnet.moment_uncertainty": "0.5 A m^2"})
+    assert known.magnet[0].dipole_moment_uncertainty == 0.5
+    assert known.hash == hm.load("paper/fig3c").hash
+
+
+def test_a_run_of_a_grade_is_that_of_its_moment():
+    graded = parse(TEXT.replace('moment = "18.89 A m^2"', 'grade = "N45"'))
+    given = hm.load("paper/fig3c").replaced({"magnet.moment": graded.magnet[0].dipole_moment})
+    assert (
+        hm.simulate(graded, duration=2.0).final_state.tolist() == hm.simulate(given, duration=2.0).final_state.tolist()
+    )
+
+
 # ------------------------------------------------------------------------------------------------------------- refusals
 
 REFUSED = [
@@ -252,6 +283,15 @@ REFUSED = [
     (('model = "lighthill"', 'model = "guess"'), ["device.hydrodynamics.model", "guess", "lighthill"]),
     (('shape = "sphere"', 'shape = "cube"'), ["device.head", "cube"]),
     (('shape = "sphere"', 'shape = "cylinder"'), ["device.head", "length"]),
+    (('moment = "18.89 A m^2"', ""), ["magnet needs one of moment, grade and remanence", "none"]),
+    (('moment = "18.89 A m^2"', 'moment = "18.89 A m^2"\ngrade = "N45"'), ["magnet needs one of", "moment and grade"]),
+    (('moment = "18.89 A m^2"', 'grade = "N44"'), ["magnet.grade", "N44", "N45"]),
+    (('moment = "18.89 A m^2"', 'remanence = "-1 T"'), ["magnet.remanence", "positive"]),
+    (('moment = "18.89 A m^2"', 'remanence = "1 Hz"'), ["magnet.remanence", "a flux density", "1 Hz"]),
+    (
+        ('moment = "18.89 A m^2"', 'grade = "N45"\nmoment_uncertainty = "1 A m^2"'),
+        ["magnet.moment_uncertainty", "leave it out"],
+    ),
     (('field = "dipole"', 'field = "octopole"'), ["magnet.field", "octopole"]),
 ]
 

@@ -7,7 +7,8 @@ import pytest
 
 import helimag
 from helimag import Plan
-from helimag.sweeps import Axis, Boundary, Outcome, boundary_line, load_sweep
+from helimag.outcomes import Verdict
+from helimag.sweeps import Axis, Boundary, boundary_line, load_sweep
 from helimag.sweeps.boundary import ROUND, Seen, next_points, start_points
 from helimag.sweeps.run import sweep
 
@@ -75,7 +76,7 @@ def dataset(unit, inside):
         ),
         boundary=Boundary(budget=64),
     )
-    flags = np.where(inside, Outcome.BOUNDED, Outcome.FELL).astype(np.int8)
+    flags = np.where(inside, Verdict.BOUNDED.flag, Verdict.FELL.flag).astype(np.int8)
     return xarray.Dataset(
         {"verdict": ("point", flags)},
         {
@@ -106,8 +107,8 @@ def found(tmp_path_factory):
 
 def test_the_devices_own_band_is_found_between_the_coarse_runs(found):
     data = found[1]
-    assert not np.any(data["verdict"].values[:15] == Outcome.BOUNDED)  # the grid: 3 x 5 runs, 5 deg apart
-    inside = data["verdict"].values == Outcome.BOUNDED
+    assert not np.any(data["verdict"].values[:15] == Verdict.BOUNDED)  # the grid: 3 x 5 runs, 5 deg apart
+    inside = data["verdict"].values == Verdict.BOUNDED
     assert inside.sum() >= 3
     column = Plan(
         base="paper/fig3c",
@@ -116,7 +117,7 @@ def test_the_devices_own_band_is_found_between_the_coarse_runs(found):
         axis=(Axis(field="drive.pitch", start="9 deg", stop="13 deg", step="0.25 deg"),),
     )
     line = helimag.sweep(column, out=found[0].parent / "column.zarr").load()
-    bounded = line["pitch"].values[line["verdict"].values == Outcome.BOUNDED]
+    bounded = line["pitch"].values[line["verdict"].values == Verdict.BOUNDED]
     assert math.degrees(np.ptp(bounded)) == pytest.approx(1.0, abs=0.3)  # one degree wide at 3.3 Hz
     near = inside & (np.abs(data["frequency"].values - 3.3) < 0.06)
     assert np.any(

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from helimag import InputError, Plan, load
+from helimag.scenario import Input
 from helimag.sweeps import Axis, Boundary, Sampling, load_plan, parse_plan, resolve
-from helimag.sweeps.design import kind_of
 
 BASE = "paper/fig3c"
 TEXT = """
@@ -144,7 +144,7 @@ def test_any_field_may_be_an_axis_under_a_name_of_its_own():
 def test_kinds_come_from_the_scenario():
     scenario = load(BASE)
     fields = {"drive.pitch": "rad", "run.interval": "s", "device.head.radius": "m", "magnet.moment": "A m^2"}
-    assert {field: kind_of(scenario, field).si for field in fields} == fields
+    assert {field: Input(field).kind(scenario).si for field in fields} == fields
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_kinds_come_from_the_scenario():
         ('values = ["2 Hz", "2.5 Hz"]', ('values = ["2 mm"]', "must be a frequency such as '3.3 Hz'; got '2 mm'")),
         ('values = ["2 Hz", "2.5 Hz"]', ('values = ["2 Hz", "2 Hz"]', "must not have a value twice")),
         ('field = "drive.pitch"', ('field = "drive.pich"', "'drive.pich' is not a field")),
-        ('field = "drive.pitch"', ('field = "drive.start"', "must be a single value")),
+        ('field = "drive.pitch"', ('field = "drive.start"', "must be a single number")),
         ('step = "0.3 deg"', ('step = "-0.3 deg"', "a step that leads from start to stop")),
         ('step = "0.3 deg"', ('step = "0.3 deg"\ncount = 3', "must have values, or start and stop")),
         ('step = "0.3 deg"', ('stepp = "0.3 deg"', "stepp is not a known key")),

@@ -7,8 +7,9 @@ import pytest
 
 import helimag
 from helimag import Plan
+from helimag.outcomes import Verdict
 from helimag.plots.sweeps import COLOURS, draw_sweep, interactive_sweep, save_html
-from helimag.sweeps import Axis, Outcome, Sampling
+from helimag.sweeps import Axis, Sampling
 
 PITCH = Axis(field="drive.pitch", start="4 deg", stop="16 deg", count=5)
 FREQUENCY = Axis(field="drive.frequency", values=("2 Hz", "3 Hz"))
@@ -34,13 +35,13 @@ def test_curves_show_the_gains_by_frequency_in_degrees(tmp_path):
 def test_maps_colour_each_run_by_its_verdict_and_draw_the_boundary(tmp_path):
     fast = Axis(field="drive.frequency", start="2 Hz", stop="3 Hz", count=9)
     data = made(tmp_path, fast, PITCH).load()
-    flags = np.full((9, 5), Outcome.FELL, np.int8)
-    flags[2:5, 1:4] = Outcome.BOUNDED
+    flags = np.full((9, 5), Verdict.FELL.flag, np.int8)
+    flags[2:5, 1:4] = Verdict.BOUNDED.flag
     data["verdict"].values[:] = flags
     (axes,) = draw_sweep(data).axes
     mesh, *contours = axes.collections
     cells = np.asarray(mesh.get_array())
-    for outcome in (Outcome.FELL, Outcome.BOUNDED):
+    for outcome in (Verdict.FELL, Verdict.BOUNDED):
         colour = [int(COLOURS[outcome][i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
         painted = np.all(np.isclose(cells[..., :3], colour), axis=-1)
         assert np.array_equal(painted, outcome == flags.T)
@@ -92,7 +93,7 @@ def test_interactive_page_of_three_axes_has_a_panel_for_each_value_of_the_first(
 
 def test_nothing_to_draw_is_said(tmp_path):
     data = made(tmp_path, PITCH).load()
-    data["verdict"].values[:] = Outcome.NOT_COMPUTED
+    data["verdict"].values[:] = Verdict.NOT_COMPUTED.flag
     for draw in (draw_sweep, interactive_sweep):
         with pytest.raises(ValueError, match="nothing to draw"):
             draw(data)

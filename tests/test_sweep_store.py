@@ -14,7 +14,8 @@ import xarray
 
 import helimag
 from helimag import FileError, InputError, load
-from helimag.sweeps import Outcome, Reason, counts, estimate, export, load_sweep, parse_plan, resolve
+from helimag.outcomes import Reason, Verdict
+from helimag.sweeps import counts, estimate, export, load_sweep, parse_plan, resolve
 from helimag.sweeps.run import sweep
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
@@ -70,7 +71,7 @@ def test_the_dataset_is_labelled_in_si_with_flags_as_cf_has_them(done):
         }.items():
             assert dataset.coords[name].attrs["units"] == unit
         assert float(dataset["yaw_rate"]) == load("paper/fig3c").drive.yaw_rate
-        assert dataset["verdict"].attrs["flag_values"] == [o.value for o in Outcome]
+        assert dataset["verdict"].attrs["flag_values"] == [verdict.flag for verdict in Verdict]
         words = dataset["verdict"].attrs["flag_meanings"].split()
         assert words == ["not-computed", "bounded", "drifting", "attracted", "fell", "wall-limited", "failed"]
         assert dataset["verdict"].dtype == np.int8
@@ -84,7 +85,7 @@ def test_the_dataset_is_labelled_in_si_with_flags_as_cf_has_them(done):
 def test_rows_agree_with_single_runs_and_failures_stay(done):
     dataset = load_sweep(done)
     assert dataset["verdict"].size == 62
-    failed = dataset["verdict"] == Outcome.FAILED
+    failed = dataset["verdict"] == Verdict.FAILED
     near = dataset["distance"] <= load("paper/fig3c").contact_distance
     assert int(near.sum()) > 0
     np.testing.assert_array_equal(failed.any("frequency"), near)
@@ -97,7 +98,7 @@ def test_rows_agree_with_single_runs_and_failures_stay(done):
         run = helimag.simulate(scenario)
         cell = dataset.isel(frequency=i, distance=j)
         assert float(cell.gain) == run.gain
-        assert Outcome(int(cell.verdict)).name == run.verdict.name
+        assert Verdict(int(cell.verdict)).name == run.verdict.name
         assert float(cell.end_time) == run.judgement.end_time
         assert bytes(cell.scenario_hash.values).hex() == scenario.hash
 
@@ -105,8 +106,8 @@ def test_rows_agree_with_single_runs_and_failures_stay(done):
 def test_a_run_whose_numbers_break_down_is_a_failed_row(tmp_path):
     text = PLAN.partition("[[axis]]")[0] + '[[axis]]\nfield = "fluid.viscosity"\nvalues = ["1 Pa s", "1e-12 Pa s"]\n'
     dataset = helimag.sweep(parse_plan(text), out=tmp_path / "s.zarr")
-    assert dataset["verdict"].values.tolist()[0] != Outcome.FAILED
-    assert dataset["verdict"].values.tolist()[1] == Outcome.FAILED
+    assert dataset["verdict"].values.tolist()[0] != Verdict.FAILED
+    assert dataset["verdict"].values.tolist()[1] == Verdict.FAILED
     assert dataset["reason"].values.tolist()[1] == Reason.NUMBERS_BROKE_DOWN
 
 
@@ -131,8 +132,40 @@ def test_reasons_say_what_the_judgement_says(tmp_path):
     )
     for flag, run in zip(dataset["reason"].values.ravel(), runs, strict=True):
         assert phrases[Reason(flag)] in run.judgement.reason
+        assert run.judgement.cause is Reason(flag)
         seen.add(Reason(flag))
     assert seen >= {Reason.SETTLED, Reason.STILL_RISES, Reason.PULLED_INTO_MAGNET, Reason.FELL_BEHIND}
+
+
+def test_too_few_samples_are_stored_as_such(tmp_path):
+    """600 s with a sample a minute: the sentence said so, but the store said that it swings ever more."""
+    text = 'trajectory = "60 s"\n' + PLAN.replace('"60 s"', '"600 s"').partition("[[axis]]")[0]
+    text += '[[axis]]\nfield = "drive.pitch"\nvalues = ["12 deg", "12.7 deg"]\n'
+    dataset = helimag.sweep(parse_plan(text), out=tmp_path / "s.zarr")
+    assert dataset.sizes["time"] == 11
+    assert dataset["end_time"].values.tolist() == [600.0, 600.0]
+    words = dataset["reason"].attrs["flag_meanings"].split()
+    assert [words[flag] for flag in dataset["reason"].values] == ["too-few-samples"] * 2
+    assert np.all(dataset["verdict"] == Verdict.DRIFTING)
+
+
+def test_stores_of_before_mean_what_they_meant(done, tmp_path):
+    """Words and numbers as 0.1.0 wrote them at first: without the reasons that came later."""
+    old = copy(done, tmp_path / "old.zarr")
+    words = (
+        "not-computed settled still-rises still-sinks swings-ever-more pulled-into-magnet fell-behind reached-floor "
+        "reached-surface reached-wall numbers-broke-down scenario-refused"
+    )
+    form = json.loads((old / "reason" / "zarr.json").read_text(encoding="utf-8"))
+    form["attributes"] |= {"flag_values": list(range(12)), "flag_meanings": words}
+    written(old / "reason" / "zarr.json", json.dumps(form))
+    dataset = load_sweep(old)
+    assert dataset["reason"].attrs["flag_meanings"] == words
+    flags = dataset["reason"].values.ravel()
+    assert len(set(flags)) > 2
+    export(dataset, tmp_path / "old.csv")
+    with (tmp_path / "old.csv").open(encoding="utf-8") as file:
+        assert [row["reason"] for row in csv.DictReader(file)] == [words.split()[flag] for flag in flags]
 
 
 def test_trajectories_on_request_hold_the_states_of_the_single_run(tmp_path):
@@ -202,7 +235,7 @@ def test_control_c_ends_the_command_with_one_line_and_status_130(tmp_path):
     while not (tmp_path / "s.zarr").exists():
         assert child.poll() is None
     child.send_signal(signal.SIGINT)
-    message = child.communicate(timeout=30)[1]
+    message = child.communicate(timeout=300)[1]  # it may be compiling, which nothing interrupts
     assert child.returncode == 130
     assert "Traceback" not in message
     assert "interrupted; run the same command again" in message

@@ -11,7 +11,8 @@ import pytest
 
 import helimag
 from helimag import Plan
-from helimag.sweeps import Axis, Outcome
+from helimag.outcomes import Verdict
+from helimag.sweeps import Axis
 
 HERTZ = ("2 Hz", "2.5 Hz", "3 Hz")
 FREQUENCIES = Axis(field="drive.frequency", values=HERTZ)
@@ -45,7 +46,7 @@ def yaw_rates(tmp_path_factory, pitches):
 
 
 def bounded(data):
-    return data["verdict"].values == Outcome.BOUNDED
+    return data["verdict"].values == Verdict.BOUNDED
 
 
 def least_gain(data, name):

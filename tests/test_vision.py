@@ -237,9 +237,12 @@ def test_tracks_of_other_tools(tmp_path: Path) -> None:
     [
         ("time,x [mm],y [mm],z [mm]\n0,1,1,1\n1,1,1,1\n", "must name its unit"),
         ("time [s],x [kg],y [mm],z [mm]\n0,1,1,1\n1,1,1,1\n", "a length"),
-        ("time [s],x [mm],y [mm]\n0,1,1\n1,1,1\n", "z missing"),
+        ("time [s],x [mm],y [mm]\n0,1,1\n1,1,1\n", "lacks z"),
         ("time [s],x [mm],y [mm],z [mm]\n0,1,1,1\n0,1,1,1\n", "rise"),
-        ("time [s],x [mm],y [mm],z [mm]\n0,1,one,1\n1,1,1,1\n", "row 2: 'one' is not a number"),
+        (
+            "time [s],x [mm],y [mm],z [mm]\n0,1,one,1\n1,1,1,1\n",
+            "line 2: column 3, 'y .mm.', must be a finite number; got 'one'",
+        ),
         ("", "empty"),
     ],
 )

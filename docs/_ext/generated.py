@@ -19,7 +19,7 @@ from helimag.scenario import Scenario, preset_names
 from helimag.scenario._device import Part
 from helimag.scenario._fields import Quantity
 
-ROOMS_OF_FORMULAS = ("physics", "hydrodynamics", "runs.gain", "quantities")
+ROOMS_OF_FORMULAS = ("physics", "hydrodynamics", "outcomes", "runs.gain", "quantities")
 
 
 def release() -> str:

@@ -3,12 +3,13 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from helimag.engine.simulation import simulate, simulate_many
+    from helimag.engine import simulate, simulate_many
+    from helimag.ensembles import Perturbation, ensemble
     from helimag.errors import FileError, HelimagError, InputError, MissingExtra, RunError
     from helimag.hydrodynamics import resistance
     from helimag.orbits import Orbit, find_orbit
-    from helimag.runs.gain import Verdict
-    from helimag.runs.trajectory import Trajectory
+    from helimag.outcomes import Verdict
+    from helimag.runs import Trajectory
     from helimag.scenario import Scenario, load, preset_names
     from helimag.sweeps import Plan, load_sweep, sweep
 
@@ -19,18 +20,20 @@ _HOMES = {
     "InputError": "errors",
     "MissingExtra": "errors",
     "Orbit": "orbits",
+    "Perturbation": "ensembles",
     "Plan": "sweeps",
     "RunError": "errors",
     "Scenario": "scenario",
-    "Trajectory": "runs.trajectory",
-    "Verdict": "runs.gain",
+    "Trajectory": "runs",
+    "Verdict": "outcomes",
+    "ensemble": "ensembles",
     "find_orbit": "orbits",
     "load": "scenario",
     "load_sweep": "sweeps",
     "preset_names": "scenario",
     "resistance": "hydrodynamics",
-    "simulate": "engine.simulation",
-    "simulate_many": "engine.simulation",
+    "simulate": "engine",
+    "simulate_many": "engine",
     "sweep": "sweeps",
 }
 

@@ -6,6 +6,7 @@ REFERENCES = {
     "model": "Input-Output Boundedness of a Magnetically-Actuated Helical Device (model, gain, the runs of Fig. 3)",
     "lighthill": "J. Lighthill, Flagellar hydrodynamics, SIAM Review 18 (1976) 161",
     "gray-hancock": "J. Gray and G. J. Hancock, Propulsion of sea-urchin spermatozoa, J. Exp. Biol. 32 (1955) 802",
+    "boundary": "S. Kim and S. J. Karrila, Microhydrodynamics: Principles and Selected Applications, 1991",
     "dop853": "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993",
     "warp": "M. Macklin, Warp: a high-performance Python framework for GPU simulation and graphics, 2022",
 }
@@ -24,9 +25,10 @@ def methods(scenario: Scenario, version: str) -> str:
     drag = {
         "lighthill": "resistive-force theory with Lighthill's coefficients",
         "gray-hancock": "resistive-force theory with the coefficients of Gray and Hancock",
+        "boundary": "a Galerkin boundary-element solution of Stokes flow around the whole device",
         "matrix": "a given resistance matrix",
     }[device.hydrodynamics.model]
-    field = {"dipole": "a point dipole", "cylinder": "a uniformly magnetised cylinder (multipoles up to order 9)"}
+    field = {"dipole": "a point dipole", "cylinder": "a uniformly magnetised cylinder (multipoles up to order 15)"}
     pitch = {"origin": "turned about the lab's origin", "magnet": "turned about the magnet's centre"}
     count = "the magnet" if len(scenario.magnet) == 1 else f"{len(scenario.magnet)} magnets, each"
     by_mark: dict[str, list[str]] = {}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from helimag.engine.simulation import simulate
+from helimag.engine import simulate
 from helimag.runs.trajectory import versions
 from helimag.scenario import load
 

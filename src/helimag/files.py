@@ -67,3 +67,23 @@ def toml_tables(text: str, source: str) -> dict[str, Any]:
         raise InputError(f"{source} is not valid TOML: {error}") from None
     except (ValueError, RecursionError) as error:
         raise InputError(f"{source} cannot be read as TOML: {error}") from None
+
+
+def text_of(path: str | Path) -> str:
+    """The text of a UTF-8 file.
+
+    Raises
+    ------
+    FileError
+        Where there is no such file, or it cannot be read.
+    InputError
+        Where it is not text.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise FileError(f"there is no file '{path}'") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not a text file") from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None

@@ -33,6 +33,7 @@ ACCELERATION = Kind("an acceleration", "m/s^2", "m/s^2", "1 m/s^2")
 TIME = Kind("a time", "s", "s", "1800 s")
 FORCE = Kind("a force", "N", "uN", "28.28 uN")
 MOMENT = Kind("a magnetic moment", "A m^2", "A m^2", "18.89 A m^2")
+REMANENCE = Kind("a flux density", "T", "T", "1.35 T")
 VISCOSITY = Kind("a dynamic viscosity", "Pa s", "Pa s", "1 Pa s")
 DENSITY = Kind("a density", "kg/m^3", "kg/m^3", "971 kg/m^3")
 
@@ -57,6 +58,7 @@ hertz = 1 / second = Hz
 newton = 1000 * gram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 poise = 0.1 * pascal * second = P
+tesla = newton / ampere / meter = T
 """
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*([^\W\d][\w\s/*^·²³°.-]{0,40}|°[\w/]*)?\s*"
@@ -113,6 +115,14 @@ def parse(text: str, kind: Kind) -> float:
     ------
     InputError
         Where the text is not a number with a unit of this kind, or not finite.
+
+    Examples
+    --------
+    >>> parse("150 mm", LENGTH)
+    0.15
+    >>> parse("150", LENGTH)
+    Traceback (most recent call last):
+    helimag.errors.InputError: must be a length such as '150 mm'; got '150', which has no unit
     """
     expected = f"must be {kind.name} such as '{kind.example}'; got '{text}'"
     match = _QUANTITY.fullmatch(text)
@@ -131,7 +141,15 @@ def parse(text: str, kind: Kind) -> float:
 
 
 def show(value: float, kind: Kind) -> str:
-    """Write an SI value as text that :func:`parse` turns back into exactly the same number."""
+    """Write an SI value as text that :func:`parse` turns back into exactly the same number.
+
+    Examples
+    --------
+    >>> show(0.15, LENGTH)
+    '150 mm'
+    >>> parse(show(0.1 + 0.2, LENGTH), LENGTH) == 0.1 + 0.2
+    True
+    """
     for unit in (kind.shown, kind.si):
         factor = _factor(unit, kind)
         scaled = _scaled(value, 1.0 / float(factor))

@@ -1,11 +1,13 @@
 """What the commands share: options, scenario with changes, progress, JSON."""
 
 import json
+import sys
+import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -80,6 +82,10 @@ def check_target(path: Path) -> None:
         raise FileError(f"{path} is a directory; name a file in it")
     if not path.parent.is_dir():
         raise FileError(f"{path} cannot be written: there is no folder '{path.parent}'")
+    try:
+        tempfile.TemporaryFile(dir=path.parent).close()
+    except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror}") from None
 
 
 def check_outputs(paths: list[Path] | None) -> None:
@@ -133,8 +139,19 @@ def print_json(data: object) -> None:
     print(json.dumps(data, indent=2, allow_nan=False))
 
 
+def validity_warnings(attributes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What a result's attributes say of assumptions that do not hold; none where it has no such attribute."""
+    return list(json.loads(attributes.get("validity_warnings", "[]")))
+
+
+def print_warnings(warnings: Sequence[Mapping[str, Any]]) -> None:
+    """One line a kind on stderr."""
+    for warning in warnings:
+        print(f"helimag: warning: {warning['text']}", file=sys.stderr)
+
+
 def scenario_from(name: str, changes: list[str] | None, extra: dict[str, object] | None = None) -> "Scenario":
-    from helimag.scenario import load
+    from helimag.scenario import load, varied
 
     fields: dict[str, object] = {}
     for change in changes or []:
@@ -144,7 +161,7 @@ def scenario_from(name: str, changes: list[str] | None, extra: dict[str, object]
         fields[path.strip()] = _value(value.strip())
     fields |= {path: value for path, value in (extra or {}).items() if value is not None}
     scenario = load(name)
-    return scenario.replaced(fields) if fields else scenario
+    return varied(scenario, fields) if fields else scenario
 
 
 def _value(text: str) -> object:

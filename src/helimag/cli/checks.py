@@ -1,11 +1,31 @@
 """Commands about helimag itself: doctor, cite."""
 
 from helimag.cli._shared import Changes, Json, ScenarioName, print_json, scenario_from
-from helimag.errors import RunError
+from helimag.errors import InputError, RunError
 
 
-def doctor(*, json: Json = False) -> None:
-    """Check this installation: versions, devices, and a short run against states from an independent code."""
+def doctor(scenario: ScenarioName | None = None, *, changes: Changes = None, json: Json = False) -> None:
+    """Explain a scenario before it is run; without one, check this installation.
+
+    A scenario: forces at the start, the distance of balance, step-out, swimming and sinking, which end leads, where its
+    values come from, and which of the model's assumptions hold. The installation: versions, devices, and a short run
+    against states from an independent code.
+    """
+    if scenario is None:
+        if changes:
+            raise InputError("--set needs a scenario, such as helimag doctor paper/fig3c --set drive.pitch='15 deg'")
+        _installation(json)
+        return
+    from helimag.diagnosis import as_json, as_text, diagnose
+
+    found = diagnose(scenario_from(scenario, changes))
+    if json:
+        print_json(as_json(found))
+    else:
+        print(as_text(found))
+
+
+def _installation(json: bool) -> None:
     from helimag.doctor import examine
 
     report = examine()

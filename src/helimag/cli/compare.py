@@ -31,8 +31,8 @@ def compare(
     output
         Overlay figure to write: .png, .svg or .pdf.
     """
-    from helimag.runs.comparison import compare as lay_side_by_side
-    from helimag.runs.trajectory import Trajectory
+    from helimag.runs import Trajectory
+    from helimag.runs import compare as lay_side_by_side
 
     comparison = lay_side_by_side(Trajectory.load(measured), Trajectory.load(simulated), align=align)
     if output is not None:

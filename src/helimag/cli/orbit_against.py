@@ -9,8 +9,7 @@ from helimag.cli._shared import Json, Outputs, check_outputs, print_json, progre
 
 if TYPE_CHECKING:
     from helimag.orbits import Along, BoundaryCurve, Case, Comparison
-    from helimag.sweeps import Nodes
-    from helimag.sweeps.design import ResolvedAxis
+    from helimag.sweeps import Nodes, ResolvedAxis
 
 
 def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:

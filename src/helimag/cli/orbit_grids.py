@@ -230,13 +230,9 @@ def _part(progress: "Report", begin: float, end: float) -> "Report":
 
 def _span(scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
     """One --vary as path and range, both ends of which the scenario can have."""
-    from helimag.scenario import Input
-
     path, (low, high) = input_range("--vary", scenario, text)
     if not low < high:
         raise InputError(f"--vary must have a range from low to high; got {text!r}")
-    for end in (low, high):
-        Input(path).changed(scenario, end)
     return path, (low, high)
 
 
@@ -245,7 +241,7 @@ def _seeds(scenario: "Scenario", spans: list[tuple[str, tuple[float, float]]]) -
     from helimag import orbits
     from helimag.scenario import Input
 
-    inside = all(low <= Input(path).value(scenario) <= high for path, (low, high) in spans)
+    inside = all(Input(path).within(scenario, low, high) for path, (low, high) in spans)
     return [orbits.find_orbit(scenario, thorough=False)] if inside else []
 
 

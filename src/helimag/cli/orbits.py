@@ -18,6 +18,7 @@ from helimag.cli._shared import (
     degrees,
     input_range,
     print_json,
+    print_warnings,
     progress_bar,
     quantity,
     scenario_from,
@@ -72,33 +73,63 @@ def orbit(
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
-    if vary is None and (start is not None or stop is not None):
-        raise InputError("--from and --to need --vary with the input that they limit, such as --vary drive.pitch")
-    if vary is not None and (start is None or stop is None):
-        raise InputError(
-            "--vary needs --from and --to with the range of the input, such as --from '8 deg' --to '18 deg'"
-        )
+    limits = _limits(chosen, vary, start, stop)
     if every:
         with progress_bar(f"searching orbits of {chosen.name}") as progress:
             found = orbits.list_orbits(chosen, progress=progress)
-        _print_all(chosen, found, json)
+        warnings = _warnings(chosen, [])
+        print_warnings(warnings)
+        _print_all(chosen, found, warnings, json)
         if not found and not json:
             print(f"  {orbits.find_orbit(chosen).text}")
         return
     with progress_bar(f"searching the orbit of {chosen.name}") as progress:
         result = orbits.find_orbit(chosen, progress=progress)
-    if vary is None or start is None or stop is None:
-        _print_one(result, json)
+    if vary is None or limits is None:
+        warnings = _warnings(chosen, [])
+        print_warnings(warnings)
+        _print_one(result, warnings, json)
         return
-    from helimag.scenario import Input
-
-    given = Input(vary)
-    low, high = given.read(chosen, start), given.read(chosen, stop)
     with progress_bar(f"following orbits through {vary}") as progress:
-        branches = _branches(result, vary, low, high, progress)
+        branches = _branches(result, vary, *limits, progress)
     if branches:
         write_outputs(output, lambda plots: plots.draw_branches(branches), lambda: orbits.branches_dataset(branches))
-    _print_branches(result, vary, branches, output, json)
+    warnings = _warnings(chosen, branches)
+    print_warnings(warnings)
+    _print_branches(result, vary, branches, output, warnings, json)
+
+
+def _warnings(scenario: "Scenario", branches: "list[Branch]") -> list[dict[str, Any]]:
+    """What does not hold for a scenario and along branches."""
+    from helimag.checks import cautions
+    from helimag.scenario import Input
+
+    given = [(scenario, "the scenario's own inputs")]
+    for branch in branches:
+        shown = Input(branch.path).show
+        given += [(point.orbit.scenario, f"{branch.path} = {shown(scenario, point.value)}") for point in branch.points]
+    found = cautions((each for each, _ in given), lambda run: given[run][1])
+    return [caution.as_dict() for caution in found]
+
+
+def _limits(scenario: "Scenario", vary: str | None, start: str | None, stop: str | None) -> tuple[float, float] | None:
+    """The range of the input that ``--vary`` names (SI); None without ``--vary``."""
+    from helimag.scenario import Input
+
+    if vary is None:
+        if start is not None or stop is not None:
+            raise InputError("--from and --to need --vary with the input that they limit, such as --vary drive.pitch")
+        return None
+    if start is None or stop is None:
+        raise InputError(
+            "--vary needs --from and --to with the range of the input, such as --from '8 deg' --to '18 deg'"
+        )
+    given = Input(vary)
+    low, high = given.read(scenario, start), given.read(scenario, stop)
+    if not low < high:
+        show = (given.show(scenario, value) for value in (low, high))
+        raise InputError("--from must be below --to; got {} and {}".format(*show))
+    return low, high
 
 
 def _branches(
@@ -108,12 +139,8 @@ def _branches(
     from helimag import orbits
     from helimag.scenario import Input
 
-    given = Input(path)
-    if not low < high:
-        show = (given.show(orbit.scenario, value) for value in (low, high))
-        raise InputError("--from must be below --to; got {} and {}".format(*show))
     own = []
-    if orbit.found and low <= given.value(orbit.scenario) <= high:
+    if orbit.found and Input(path).within(orbit.scenario, low, high):
         own = [orbits.follow(orbit, path, low, high, progress=lambda done: progress(0.3 * done))]
     stable = orbits.survey(orbit.scenario, path, low, high, known=own, progress=lambda done: progress(0.3 + 0.7 * done))
     return own + [branch for branch in stable if branch not in own]
@@ -211,9 +238,9 @@ def _report(orbit: "Orbit") -> dict[str, Any]:
     }
 
 
-def _print_one(orbit: "Orbit", json: bool) -> None:
+def _print_one(orbit: "Orbit", warnings: list[dict[str, Any]], json: bool) -> None:
     if json:
-        print_json(_report(orbit))
+        print_json(_report(orbit) | {"warnings": warnings})
         return
     print(f"{orbit.scenario.name}: {orbit.text}")
     if orbit.found:
@@ -231,16 +258,23 @@ def _shown(rate: complex) -> str:
     return f"{rate.real:.4g} ± {rate.imag:.4g}i" if rate.imag > 0.0 else f"{rate.real:.4g}"
 
 
-def _print_all(scenario: "Scenario", found: "list[Orbit]", json: bool) -> None:
+def _print_all(scenario: "Scenario", found: "list[Orbit]", warnings: list[dict[str, Any]], json: bool) -> None:
     if json:
-        print_json({"orbits": [_report(orbit) for orbit in found]})
+        print_json({"orbits": [_report(orbit) for orbit in found], "warnings": warnings})
         return
     print(f"{scenario.name}: {len(found)} orbits found")
     for orbit in found:
         print(f"  {orbit.text}")
 
 
-def _print_branches(orbit: "Orbit", path: str, branches: "list[Branch]", output: list[Path] | None, json: bool) -> None:
+def _print_branches(
+    orbit: "Orbit",
+    path: str,
+    branches: "list[Branch]",
+    output: list[Path] | None,
+    warnings: list[dict[str, Any]],
+    json: bool,
+) -> None:
     from helimag import orbits
 
     segments = [segment for branch in branches for segment in orbits.stable_segments(branch)]
@@ -251,6 +285,7 @@ def _print_branches(orbit: "Orbit", path: str, branches: "list[Branch]", output:
                 "input": path,
                 "stable_intervals": intervals,
                 "branches": [_branch_report(branch) for branch in branches],
+                "warnings": warnings,
             }
             | files_report(output if branches else None)
         )

@@ -6,8 +6,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
+from helimag.cli._robot_reports import (
+    deviation_data,
+    judged,
+    outcome_data,
+    print_deviation,
+    print_outcome,
+    print_plan,
+)
 from helimag.cli._shared import Changes, Json, ScenarioName, print_json, progress_bar, scenario_from
-from helimag.errors import FileError, InputError
+from helimag.errors import InputError
 
 if TYPE_CHECKING:
     from helimag.robot import Plan
@@ -43,19 +51,15 @@ def check(
 
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
     found = robot.report(plan)
-    if not plan.feasible and not unwind and found["offence"]["joint"] == "A6":
-        other = _plan(plan.scenario, cell, True)
-        found["with_unwinding"] = {
-            "feasible": other.feasible,
-            "unwindings": len(other.unwindings),
-            "duration_s": other.duration,
-        }
+    other = None if unwind else robot.with_unwinding(plan)
+    if other is not None:
+        found["with_unwinding"] = other
     if figure is not None:
         _draw(plan, figure)  # names the files on stderr
     if json:
         print_json(found)
     else:
-        _print_report(found)
+        print_plan(found)
 
 
 @app.command
@@ -85,22 +89,14 @@ def program(
         Write SLIN and SCIRC instead of LIN and CIRC.
     """
     from helimag import robot
-    from helimag.robot.krl.writer import checked_name
 
     if name is not None:
-        checked_name(name)
+        robot.checked_name(name)
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
     robot.feasible_or_refused(plan)
-    run = _simulated(_as_programmed(plan))
-    written = robot.write_programme(
-        plan,
-        output,
-        verdict=str(run.verdict),
-        reason=run.judgement.reason,
-        name=name,
-        accept_unbounded=accept_unbounded,
-        spline=spline,
-    )
+    with progress_bar(f"simulating {plan.scenario.name}") as progress:
+        run = robot.rehearse(plan, progress=progress)
+    written = robot.write_programme(plan, output, run=run, name=name, accept_unbounded=accept_unbounded, spline=spline)
     if json:
         print_json({"files": [str(path) for path in written], "verdict": str(run.verdict), **robot.report(plan)})
         return
@@ -131,25 +127,11 @@ def read_back(
     from helimag.errors import RunError
 
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
-    found = robot.deviation(plan, robot.play(*_krl(source), plan.cell.arm))
+    found = robot.deviation(plan, robot.play(*robot.krl_texts(source), plan.cell.arm))
     if json:
-        print_json(
-            {
-                "position_m": found.position,
-                "axis_rad": found.axis,
-                "timing": found.timing,
-                "duration_s": found.duration,
-                "planned_duration_s": plan.duration,
-                "acceptable": found.acceptable,
-            }
-        )
+        print_json(deviation_data(found, plan))
     else:
-        print(f"{source} against the plan of {plan.scenario.name}")
-        print(f"  position  within {1e6 * found.position:.3f} um")
-        print(f"  axis      within {found.axis:.2e} rad")
-        print(
-            f"  timing    within {100.0 * found.timing:.4f} %  ({found.duration:.2f} s, planned {plan.duration:.2f} s)"
-        )
+        print_deviation(found, plan, source)
     if not found.acceptable:
         raise RunError(
             f"{source} is not the programme of this scenario and cell: it differs by more than 1 um, 1e-6 rad or 0.1 %"
@@ -175,15 +157,15 @@ def replay(
     output
         Write the trajectory to this netCDF file.
     """
-    from helimag.robot.logs import replayed
+    from helimag import robot
 
     chosen = scenario_from(scenario, changes)
-    run = _simulated(replayed(chosen, _log(log, chosen, cell), log.name))
+    run = _simulated(robot.replayed(chosen, _log(log, chosen, cell), log.name))
     planned = _simulated(chosen)
     if output is not None:
         run.save(output)
     if json:
-        print_json({"replayed": _judged(run), "planned": _judged(planned)})
+        print_json({"replayed": judged(run), "planned": judged(planned)})
         return
     print(f"{log.name}: {run.verdict}, {run.judgement.reason}; gain {run.gain:.3f}")
     print(f"{chosen.name} as planned: {planned.verdict}, {planned.judgement.reason}; gain {planned.gain:.3f}")
@@ -211,28 +193,25 @@ def jitter(
     seed
         Of the phases.
     """
-    from helimag.robot.jitter import load_jitter, measured_jitter, study
-    from helimag.robot.logs import read_log
+    from helimag import robot
 
     if draws < 1:
         raise InputError(f"--draws must be 1 or more; got {draws}")
     chosen = scenario_from(scenario, changes)
     if spectrum.suffix == ".csv":
-        errors = measured_jitter(chosen, read_log(spectrum, _cell(cell)), spectrum.name)
+        errors = robot.measured_jitter(chosen, robot.read_log(spectrum, _cell(cell)), spectrum.name)
     else:
-        errors = load_jitter(spectrum)
+        errors = robot.load_jitter(spectrum)
     with progress_bar(f"simulating {chosen.name} with errors") as progress:
-        outcomes = study(chosen, errors, draws=draws, seed=seed, progress=progress)
+        ensembles = robot.study(chosen, errors, draws=draws, seed=seed, progress=progress)
+    judged = {"none": [next(iter(ensembles.values())).judgement]}
+    judged |= {kind: ensemble.judgements for kind, ensemble in ensembles.items()}
     if json:
-        rows = [{"kind": o.kind, "gains": list(o.gains), "verdicts": list(o.verdicts)} for o in outcomes]
-        print_json({"source": errors.source, "outcomes": rows})
+        print_json({"source": errors.source, "outcomes": [outcome_data(kind, runs) for kind, runs in judged.items()]})
         return
     print(f"{chosen.name}, errors {errors.source}")
-    for outcome in outcomes:
-        counts = ", ".join(
-            f"{outcome.verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(outcome.verdicts)
-        )
-        print(f"  {outcome.kind:16s} gain {outcome.mean:.4f} +- {outcome.spread:.4f}   {counts}")
+    for kind, runs in judged.items():
+        print_outcome(kind, runs)
 
 
 def _cell(path: Path | None) -> Any:
@@ -247,59 +226,20 @@ def _plan(scenario: "Scenario", cell: Path | None, unwind: bool) -> "Plan":
     return robot.plan(scenario, _cell(cell), unwind=unwind)
 
 
-def _as_programmed(plan: "Plan") -> "Scenario":
-    """The scenario as its programme runs it: with the unwindings, where there are any."""
-    from helimag.robot.logs import log_of, replayed
-    from helimag.robot.timed import timed_table
-
-    if not plan.unwindings:
-        return plan.scenario
-    lasting = plan.scenario.replaced({"run.duration": plan.duration})
-    return replayed(lasting, log_of(timed_table(plan), plan.reversed_axis), "the programme's own path")
-
-
 def _simulated(scenario: "Scenario") -> "Trajectory":
-    from helimag.engine.simulation import simulate
+    from helimag.engine import simulate
 
     with progress_bar(f"simulating {scenario.name}") as progress:
         return simulate(scenario, progress=progress)
 
 
-def _judged(run: "Trajectory") -> dict[str, Any]:
-    judgement = run.judgement
-    return {
-        "gain": judgement.gain,
-        "verdict": str(judgement.verdict),
-        "reason": judgement.reason,
-        "end_time_s": judgement.end_time,
-        "final_state": run.final_state.tolist(),
-    }
-
-
-def _krl(source: Path) -> tuple[str, str]:
-    texts = []
-    for path in (source, source.with_suffix(".dat")):
-        try:
-            texts.append(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            if path == source:
-                raise FileError(f"there is no file '{path}'") from None
-            texts.append("")
-        except UnicodeDecodeError:
-            raise InputError(f"{path} is not a text file") from None
-        except OSError as error:
-            raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-    return texts[0], texts[1]
-
-
 def _log(path: Path, scenario: "Scenario", cell: Path | None) -> Any:
     from helimag import robot
-    from helimag.robot.logs import log_of_playback, read_log
 
     chosen = _cell(cell)
     if path.suffix.lower() == ".src":
-        return log_of_playback(robot.play(*_krl(path), chosen.arm, interval=0.1), scenario)
-    return read_log(path, chosen)
+        return robot.log_of_playback(robot.play(*robot.krl_texts(path), chosen.arm, interval=0.1), scenario)
+    return robot.read_log(path, chosen)
 
 
 def _draw(plan: "Plan", target: Path) -> None:
@@ -307,36 +247,3 @@ def _draw(plan: "Plan", target: Path) -> None:
 
     for path in plots.save_plan(plan, target):
         print(path, file=sys.stderr)
-
-
-def _print_report(found: dict[str, Any]) -> None:
-    print(
-        f"{found['scenario']} with {found['arm']}, cell '{found['cell']}': "
-        f"{'feasible' if found['feasible'] else 'NOT feasible'}"
-    )
-    if found["offence"] is not None:
-        print(f"  {found['offence']['text']}")
-        for remedy in found["remedies"]:
-            print(f"  remedy    {remedy}")
-    if "with_unwinding" in found:
-        other = found["with_unwinding"]
-        outcome = (
-            f"feasible with {other['unwindings']} unwindings, {other['duration_s']:.1f} s"
-            if other["feasible"]
-            else "not feasible"
-        )
-        print(f"  --unwind  {outcome}")
-    tool = found["tool"]
-    print(
-        f"  tool      motor's axis {tool['motor_axis']} the rotation axis, turned "
-        f"{tool['roll_deg']:.0f} deg, branch {tool['branch']}"
-    )
-    print(f"  duration  {found['duration_s']:.1f} s, {found['laps']:.2f} laps, {len(found['unwindings'])} unwindings")
-    margins = found["margins"]
-    if margins is not None:
-        joints = ", ".join(f"{name} {value:.0f}" for name, value in margins["joint_limits_deg"].items())
-        print(f"  margins   joints (deg) {joints}; singularity {margins['singularity_deg']:.0f} deg")
-        near = ", ".join(f"{name} {value:.0f} mm" for name, value in margins["obstacles_mm"].items())
-        print(
-            f"            fastest joint at {100.0 * margins['largest_share_of_joint_speed']:.1f} % of its speed; {near}"
-        )

@@ -12,10 +12,13 @@ from helimag.cli._shared import (
     check_target,
     degrees,
     print_json,
+    print_warnings,
     progress_bar,
     scenario_from,
+    validity_warnings,
 )
 from helimag.errors import InputError
+from helimag.outcomes import Future
 
 if TYPE_CHECKING:
     from helimag.orbits import Outlook
@@ -76,7 +79,7 @@ def simulate(
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
     """
-    from helimag.engine.simulation import simulate as run
+    from helimag.engine import simulate as run
 
     if output is not None:
         check_target(output)
@@ -93,11 +96,13 @@ def simulate(
 
         with progress_bar(f"continuing {chosen.name}") as progress:
             outlook = explain(trajectory, progress=progress)
+    warnings = validity_warnings(trajectory.dataset.attrs)
+    print_warnings(warnings)
     if json:
-        print_json(_report(trajectory) | _outlook_report(outlook))
+        print_json(_report(trajectory) | _outlook_report(outlook) | {"warnings": warnings})
     else:
         _print_summary(chosen, trajectory, output)
-        if outlook is not None and outlook.future != "has left":
+        if outlook is not None and outlook.future is not Future.GONE:
             print(f"  for all time  {outlook.text}")
 
 
@@ -152,16 +157,24 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
 
 
 def resistance(scenario: ScenarioName, *, changes: Changes = None, json: Json = False) -> None:
-    """Print the device's 6x6 resistance about the head's centre, translation first (SI)."""
+    """Print the device's 6x6 resistance about its origin, translation first (SI), and whether it can be true."""
     from helimag import hydrodynamics
+    from helimag.hydrodynamics.bounds import enclosing_resistance, violates
 
     chosen = scenario_from(scenario, changes)
     matrix = hydrodynamics.resistance(chosen.device, chosen.fluid)
     model = chosen.device.hydrodynamics.model
+    error = hydrodynamics.error_estimate(chosen.device)
+    violated = violates(matrix, enclosing_resistance(chosen.device, chosen.fluid))
     if json:
         mobility = hydrodynamics.mobility(matrix)
-        print_json({"resistance": matrix.tolist(), "mobility": mobility.tolist(), "model": model})
+        report = {"resistance": matrix.tolist(), "mobility": mobility.tolist(), "model": model}
+        print_json(report | {"error_estimate": error, "bound_violated": violated})
         return
     print(f"{chosen.name}, {model}: force (N), torque (N m) per velocity (m/s), angular velocity (rad/s)")
     for row in matrix:
         print("  ".join(f"{entry:12.4e}" for entry in row))
+    if error is not None:
+        print(f"estimated error {100.0 * error:.1g} %")
+    if violated:
+        print('more than the drag of a body that encloses the device, which cannot be; see model = "boundary"')

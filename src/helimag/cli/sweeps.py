@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from helimag.cli._shared import Json, check_target, print_json
+from helimag.cli._shared import Json, check_target, print_json, print_warnings, validity_warnings
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -81,6 +81,8 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
     from helimag import sweeps
 
     counts = sweeps.counts(dataset)
+    warnings = validity_warnings(dataset.attrs)
+    print_warnings(warnings)
     lines = [f"{output}: " + ", ".join(f"{count} {name}" for name, count in counts.items())]
     report: dict[str, Any] = {"store": str(output), "runs": int(dataset["verdict"].size), "counts": counts}
     if "[boundary]" in dataset.attrs["plan"]:
@@ -96,6 +98,7 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
             "gap": line.gap.tolist(),
         }
         lines.append(describe(line, dataset))
+    report["warnings"] = warnings
     if json:
         print_json(report)
     else:

@@ -223,7 +223,7 @@ def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | Non
         if gap is None:
             raise InputError("--gap or --scenario must be given: the gain needs the height of the magnet at the start")
         return q.parse(gap, q.LENGTH), None, None
-    from helimag.engine.packing import initial_gap
+    from helimag.engine import initial_gap
     from helimag.scenario import load
     from helimag.vision import Shape
 

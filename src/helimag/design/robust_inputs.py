@@ -1,22 +1,23 @@
 """Design a drive: inputs whose orbit has the wanted speed or circle and lies farthest from every loss of stability."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from helimag.engine.simulation import advance
+from helimag.engine import advance, start_state
+from helimag.ensembles import Copies, tally
 from helimag.errors import InputError, RunError
 from helimag.orbits.curves.intervals import Interval, stable_interval
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.find import find_orbit, find_orbits
 from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats
-from helimag.runs.gain import Verdict
-from helimag.scenario import Scenario
-from helimag.scenario.inputs import Input
+from helimag.outcomes import Verdict
+from helimag.scenario import Input, Parameters, Scenario
 
 SAMPLES = 256  # places of the inputs' box that are looked at first
 ROUNDS = 5  # of spreading from the stable ones among them
@@ -167,22 +168,18 @@ class _Task:
         seed: int,
     ) -> None:
         default = CIRCULAR if scenario.drive.yaw_rate != 0.0 else STRAIGHT
-        self.limits = dict(default if limits is None else limits)
+        limits = default if limits is None else limits
         self.scenario = scenario
-        self.inputs = [Input(path) for path in self.limits]
-        self.low = np.array([low for low, _ in self.limits.values()])
-        self.span = np.array([high for _, high in self.limits.values()]) - self.low
-        for given, span in zip(self.inputs, self.span, strict=True):
-            given.value(scenario)
-            if not span > 0.0:
-                raise InputError(f"limits of {given.path} must be a lower and a higher value")
+        self.parameters = Parameters.within(scenario, limits)
+        self.low = self.parameters.low
+        self.span = self.parameters.high - self.low
         self.wanted = {name: value for name, value in wanted.items() if value is not None}
         if "radius" in self.wanted and scenario.drive.yaw_rate == 0.0:
             raise InputError("radius needs a circular run: drive.yaw_rate must not be zero")
         for name, value in self.wanted.items():
             if not value > 0.0:
                 raise InputError(f"{name} must be greater than zero; got {value}")
-        if len(self.wanted) >= len(self.inputs):
+        if len(self.wanted) >= len(self.span):
             raise InputError("design needs more inputs to choose than wanted values: name more limits")
         self.random = np.random.default_rng(seed)
 
@@ -194,23 +191,19 @@ class _Task:
 
     def at(self, shares: Floats) -> Scenario:
         """The scenario at shares (k,) of the limits."""
-        values = self.low + np.asarray(shares) * self.span
-        scenario = self.scenario
-        for given, value in zip(self.inputs, values, strict=True):
-            scenario = given.changed(scenario, float(value))
-        return scenario
+        return self.parameters.scenario_at(self.low + np.asarray(shares) * self.span)
 
     def shares(self, scenario: Scenario) -> Floats:
-        return np.asarray((np.array([given.value(scenario) for given in self.inputs]) - self.low) / self.span)
+        return np.asarray((self.parameters.vector(scenario) - self.low) / self.span)
 
     def stable_samples(self) -> tuple[list[tuple[Floats, Orbit]], Floats]:
         """Stable orbits over the box of inputs, and places without: each sought from the nearest that is known."""
         from scipy.stats import qmc
 
-        points = qmc.Sobol(len(self.inputs), seed=self.random).random(SAMPLES)
+        points = qmc.Sobol(len(self.span), seed=self.random).random(SAMPLES)
         scenarios = [self.at(point) for point in points]
         known: list[tuple[Floats, Orbit]] = []
-        here = np.clip(self.shares(self.scenario), 0.0, 1.0)
+        here = (self.parameters.nearest(self.scenario) - self.low) / self.span
         first = sorted(range(SAMPLES), key=lambda i: float(np.linalg.norm(points[i] - here)))
         for scenario in [self.at(here), *(scenarios[i] for i in first[:12])]:
             orbit = find_orbit(scenario, thorough=False)
@@ -298,8 +291,8 @@ class _Task:
     def intervals(self, orbit: Orbit) -> dict[str, Interval]:
         """Where the orbit stays stable as each input varies alone, within the limits."""
         return {
-            given.path: stable_interval(orbit, given.path, low, low + span)
-            for given, low, span in zip(self.inputs, self.low, self.span, strict=True)
+            path: stable_interval(orbit, path, low, low + span)
+            for path, low, span in zip(self.parameters.paths, self.low, self.span, strict=True)
         }
 
     def margin(self, intervals: Mapping[str, Interval]) -> float:
@@ -351,7 +344,7 @@ class _Task:
         """The design with the largest tolerances, as a common share of the margins, that keep all runs bounded."""
         scenario = _long_run(orbit)
         margins = np.array([interval.margin for interval in intervals.values()])
-        here = np.array([given.value(scenario) for given in self.inputs])
+        here = self.parameters.vector(scenario)
         for share in SHARES:
             if not self._stable_together(orbit, here, share * margins):
                 continue
@@ -363,22 +356,13 @@ class _Task:
                 )
         return None
 
-    def _perturbed(self, here: Floats, half: Floats, signs: Floats) -> list[Scenario]:
-        result = []
-        for row in signs:
-            scenario = self.scenario
-            for given, value in zip(self.inputs, here + row * half, strict=True):
-                scenario = given.changed(scenario, float(value))
-            result.append(scenario)
-        return result
-
     def _stable_together(self, orbit: Orbit, here: Floats, half: Floats) -> bool:
         """Whether the orbit stays stable at the corners of the tolerances and at random places between."""
         corners = np.array(list(product((-1.0, 1.0), repeat=len(here))))
         signs = np.concatenate([corners, self.random.uniform(-1.0, 1.0, (TOGETHER, len(here)))])
         state = np.repeat(orbit.state[None], len(signs), axis=0)
         for share in (0.34, 0.67, 1.0):
-            found = find_orbits(self._perturbed(here, share * half, signs), state)
+            found = find_orbits(self.parameters.scenarios(here + signs * (share * half)), state)
             if not all(other.stable for other in found):
                 return False
             state = np.array([other.state for other in found])
@@ -390,17 +374,15 @@ class _Task:
         """Verdicts of full runs with all inputs off at once, evenly over the tolerances; stops after one that fails."""
         time = {"run.duration": scenario.run.duration, "run.interval": scenario.run.interval}
         signs = self.random.uniform(-1.0, 1.0, (runs, len(here)))
-        scenarios = [changed.replaced(time) for changed in self._perturbed(here, half, signs)]
-        verdicts: dict[Verdict, int] = {}
+        scenarios = [changed.replaced(time) for changed in self.parameters.scenarios(here + signs * half)]
+        starts = [orbit.state if on_orbit else start_state(changed) for changed in scenarios]
+        copies = Copies(scenarios, np.array(starts))
+        verdicts: Counter[Verdict] = Counter()
         begin, many = 0, FIRST_RUNS
         while begin < runs and set(verdicts) <= {Verdict.BOUNDED}:
-            part = scenarios[begin : begin + many]
-            starts = np.repeat(orbit.state[None], len(part), axis=0) if on_orbit else None
-            for history in advance(part, initial_states=starts):
-                verdict = history.judge().verdict
-                verdicts[verdict] = verdicts.get(verdict, 0) + 1
+            verdicts += tally(copies.part(begin, begin + many))
             begin, many = begin + many, 2 * many
-        return verdicts
+        return dict(verdicts)
 
 
 def _long_run(orbit: Orbit) -> Scenario:

@@ -1,1 +1,53 @@
-"""The engine: scenarios in, runs out. The only time loop, on CPU threads or a GPU."""
+"""The engine: scenarios in, runs out. The only time loop, on CPU threads or a GPU.
+
+A run goes through these modules in order: ``packing`` (scenarios to the kernels' structures), ``system`` (which
+formulas), ``methods`` with ``control`` (one step and its size), ``events``, ``synchrony`` and ``samples`` (what is
+watched), ``loop`` (the kernel), ``batch`` and ``running`` (launches on threads), ``history`` and ``simulation``
+(results).
+"""
+
+from helimag.engine.batch import TOLERANCE
+from helimag.engine.control import Control
+from helimag.engine.history import History
+from helimag.engine.kernels import ready
+from helimag.engine.methods import DOP853, Method
+from helimag.engine.packing import (
+    arm_position,
+    initial_gap,
+    pack_bodies,
+    pack_drives,
+    pack_magnets,
+    start_state,
+)
+from helimag.engine.running import Underway, advance, advancing
+from helimag.engine.simulation import simulate, simulate_many, trajectory_of
+from helimag.engine.synchrony import lag_vector
+from helimag.engine.system import MAGNET_MODELS, System, build_balance, build_load, build_rates, system_of
+
+__all__ = [
+    "DOP853",
+    "MAGNET_MODELS",
+    "TOLERANCE",
+    "Control",
+    "History",
+    "Method",
+    "System",
+    "Underway",
+    "advance",
+    "advancing",
+    "arm_position",
+    "build_balance",
+    "build_load",
+    "build_rates",
+    "initial_gap",
+    "lag_vector",
+    "pack_bodies",
+    "pack_drives",
+    "pack_magnets",
+    "ready",
+    "simulate",
+    "simulate_many",
+    "start_state",
+    "system_of",
+    "trajectory_of",
+]

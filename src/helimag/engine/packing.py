@@ -3,24 +3,23 @@
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from helimag.engine import loop
-from helimag.engine.step import Clock
+from helimag.engine.structures import structs
+from helimag.geometry import magnet_start
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
-from helimag.physics.kinematics import Drive, Knot, SampledDrive, rpm_pose, sampled_rpm_pose
+from helimag.physics.kinematics import Drive, Knot, SampledDrive
 from helimag.scenario import Device, Fluid, Path, Scenario
 from helimag.scenario import Magnet as MagnetModel
 
 Floats = NDArray[np.float64]
 
-FALL_LIMIT = 2.0  # of the initial gap: a device this far below its start is not followed further
+THICKEST_SLICE = 1.0  # of the diameter; a thicker cylinder is cut into slices, so that its multipoles converge
 
 
 def initial_gap(scenario: Scenario) -> float:
@@ -29,24 +28,8 @@ def initial_gap(scenario: Scenario) -> float:
 
 
 def arm_position(scenario: Scenario) -> Floats:
-    """Position of the RPM at t = 0, lab frame (m): the first of its path, or eq. (1) with either reading of pitch."""
-    drive = scenario.drive
-    if drive.path is not None:
-        return np.array(drive.path.position[0])
-    position: Floats = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
-    if drive.pitch_about == "magnet":
-        return position
-    cos, sin = math.cos(drive.pitch), math.sin(drive.pitch)
-    return np.array([cos * position[0] - sin * position[2], position[1], sin * position[0] + cos * position[2]])
-
-
-def structs(kind: type, rows: list[dict[str, object]]) -> NDArray[np.void]:
-    """Pack rows of field values into an array of a Warp structure."""
-    packed: Any = np.zeros(len(rows), dtype=kind.numpy_dtype())  # type: ignore[attr-defined]
-    for i, row in enumerate(rows):
-        for name, value in row.items():
-            packed[name][i] = value
-    return np.asarray(packed)
+    """Position of the RPM at t = 0, lab frame (m)."""
+    return magnet_start(scenario.drive)
 
 
 def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
@@ -63,11 +46,6 @@ def _body(device: Device, fluid: Fluid) -> dict[str, object]:
         "weight_moment": moment,
         "mobility": mobility(resistance(device, fluid)),
     }
-
-
-def pose_model(scenario: Scenario) -> wp.Function:
-    """Which formula gives the RPM's pose in this scenario."""
-    return rpm_pose if scenario.drive.path is None else sampled_rpm_pose
 
 
 def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
@@ -110,70 +88,40 @@ def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     rows: list[dict[str, object]] = []
     for scenario in scenarios:
         for magnet in scenario.magnet:
-            rows.append({"offset": magnet.offset, "moment": magnet.moment, "multipoles": multipoles(magnet)})
+            rows.append(_magnet(magnet))
         # where a magnet is already: elsewhere, a device could touch what is not there
         rows += [{"offset": scenario.magnet[0].offset}] * (most - len(scenario.magnet))
     return structs(magnetics.Magnet, rows).reshape(len(scenarios), most)
 
 
 @lru_cache(maxsize=64)
-def multipoles(magnet: MagnetModel) -> Floats:
-    """Axial multipole moments of a cylinder magnetised along its axis, by order (A m^(order + 1)).
+def _magnet(magnet: MagnetModel) -> dict[str, object]:
+    slices = math.ceil(magnet.height / (THICKEST_SLICE * 2.0 * magnet.radius))
+    phase = magnet.phase or 0.0
+    return {
+        "offset": magnet.offset,
+        "moment": magnet.dipole_moment,
+        "cos_phase": math.cos(phase),
+        "sin_phase": math.sin(phase),
+        "slices": slices,
+        "thickness": magnet.height / slices,
+        "multipoles": multipoles(magnet.dipole_moment / slices, magnet.radius, magnet.height / slices),
+    }
+
+
+def multipoles(moment: float, radius: float, height: float) -> Floats:
+    """Axial multipole moments of a cylinder magnetised along its axis: orders 1, 3, 5 ... (A m^(order + 1)).
 
     Its ends are discs of opposite charge: order n is the moment, over half the height, times the mean of r^n P_n on a
     disc.
     """
     orders = int(magnetics.HIGHEST_ORDER) + 1
-    half = magnet.height / 2.0
+    half = height / 2.0
     nodes, weights = np.polynomial.legendre.leggauss(orders)
-    distance = np.hypot(half, magnet.radius * np.sqrt((1.0 + nodes) / 2.0))
+    distance = np.hypot(half, radius * np.sqrt((1.0 + nodes) / 2.0))
     legendre = np.polynomial.legendre.legvander(half / distance, orders - 1)
     powers = distance[:, None] ** np.arange(orders)
-    moments = magnet.moment / half * (weights / 2.0) @ (powers * legendre)
-    moments[::2] = 0.0
-    moments.flags.writeable = False
-    return np.asarray(moments)
-
-
-def pack_clocks(scenarios: Sequence[Scenario], tolerance: float) -> NDArray[np.void]:
-    return structs(
-        Clock,
-        [
-            {
-                "interval": scenario.run.sample_interval,
-                "duration": scenario.run.duration,
-                "longest": _longest_step(scenario),
-                "tolerance": tolerance,
-                "length": scenario.device.helix.length,
-            }
-            for scenario in scenarios
-        ],
-    )
-
-
-def _longest_step(scenario: Scenario) -> float:
-    """An eighth of a turn, and no step that leaps over a sample of the path (s)."""
-    path = scenario.drive.path
-    eighth = 1.0 / (8.0 * abs(scenario.drive.frequency))
-    return eighth if path is None else min(eighth, 2.0 * path.duration / (len(path.position) - 1))
-
-
-def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
-    return structs(
-        loop.Bounds,
-        [
-            {
-                "contact": scenario.contact_distance,
-                "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
-                "low": scenario.workspace.box[0],
-                "high": scenario.workspace.box[1],
-                "tail": scenario.device.head.reach + scenario.device.helix.length,
-                "head_radius": scenario.device.head.radius,
-                "tail_radius": scenario.device.helix.outer_diameter / 2.0,
-            }
-            for scenario in scenarios
-        ],
-    )
+    return np.asarray(moment / half * (weights / 2.0) @ (powers * legendre))[1::2]
 
 
 def start_state(scenario: Scenario) -> Floats:

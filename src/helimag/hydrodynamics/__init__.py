@@ -6,17 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.hydrodynamics import boundary
 from helimag.hydrodynamics.heads import head_resistance
 from helimag.hydrodynamics.resistive_force import gray_hancock, helix_resistance, lighthill
 from helimag.scenario import Device, Fluid
 
-__all__ = ["mobility", "net_weight", "resistance"]
+__all__ = ["error_estimate", "mobility", "net_weight", "resistance"]
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
 
 def resistance(device: Device, fluid: Fluid) -> NDArray[np.float64]:
-    """6x6 resistance of the device (SI), translation first, about the head's centre: helix plus head (eq. 7).
+    """6x6 resistance of the device (SI), translation first, about the device's origin.
+
+    Resistive-force theory adds helix and head (eq. 7); the boundary model solves for both together.
 
     Parameters
     ----------
@@ -28,19 +31,44 @@ def resistance(device: Device, fluid: Fluid) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        Where the chosen model does not apply to the geometry, or a given matrix is not symmetric positive definite.
+        Where the chosen model does not apply to the geometry or does not reach its tolerance, or a given matrix is not
+        symmetric positive definite.
+
+    Examples
+    --------
+    A force along the axis of a helix turns it too: translation and rotation are coupled.
+
+    >>> import helimag as hm
+    >>> scenario = hm.load("paper/fig3c")
+    >>> matrix = hm.resistance(scenario.device, scenario.fluid)
+    >>> matrix.shape, bool(abs(matrix[0, 3]) > 0.0)
+    ((6, 6), True)
     """
     choice = device.hydrodynamics
     if choice.resistance is not None:
         return _positive_definite(np.array(choice.resistance))
+    if choice.model == "boundary" or device.helix is None:
+        return fluid.viscosity * boundary.solution(device).resistance
     coefficients = {"lighthill": lighthill, "gray-hancock": gray_hancock}[choice.model]
     along, across = coefficients(device.helix, fluid.viscosity)
-    wire = helix_resistance(device.helix, device.head.reach, along, across)
-    return wire + head_resistance(device.head, fluid.viscosity)
+    wire = helix_resistance(device.helix, device.helix_start, along, across)
+    return wire if device.head is None else wire + head_resistance(device.head, fluid.viscosity)
+
+
+def error_estimate(device: Device) -> float | None:
+    """Relative error that the boundary model states for its resistance; None for the models that state none."""
+    return boundary.solution(device).error_estimate if device.hydrodynamics.model == "boundary" else None
 
 
 def mobility(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Inverse of a resistance, through scaling that keeps metres and radians from spoiling its condition."""
+    """Inverse of a resistance, through scaling that keeps metres and radians from spoiling its condition.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> mobility(np.diag([2.0, 2.0, 2.0, 4.0, 4.0, 4.0])).diagonal()
+    array([0.5 , 0.5 , 0.5 , 0.25, 0.25, 0.25])
+    """
     scale = 1.0 / np.sqrt(np.diag(matrix))
     return scale[:, None] * np.linalg.inv(scale[:, None] * matrix * scale) * scale
 
@@ -53,13 +81,14 @@ def net_weight(device: Device, fluid: Fluid) -> tuple[float, float]:
     if device.weight.given is not None:
         force, place = device.weight.given
         return force, force * place
-    densities = device.weight.densities
-    if densities is None:
-        raise InputError("device.weight needs net_weight and gravity_center, or helix_density and head_density")
-    volumes = device.helix.volume, device.head.volume
-    places = -device.head.reach - device.helix.length / 2.0, 0.0
-    parts = [STANDARD_GRAVITY * (rho - fluid.density) * v for rho, v in zip(densities, volumes, strict=True)]
-    return math.fsum(parts), math.fsum(f * x for f, x in zip(parts, places, strict=True))
+    parts = []
+    if device.helix is not None and device.weight.helix_density is not None:
+        place = -device.helix_start - device.helix.length / 2.0
+        parts.append((device.weight.helix_density, device.helix.volume, place))
+    if device.head is not None and device.weight.head_density is not None:
+        parts.append((device.weight.head_density, device.head.volume, 0.0))
+    forces = [STANDARD_GRAVITY * (density - fluid.density) * volume for density, volume, _ in parts]
+    return math.fsum(forces), math.fsum(force * place for force, (_, _, place) in zip(forces, parts, strict=True))
 
 
 def _positive_definite(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

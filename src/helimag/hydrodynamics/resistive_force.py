@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.geometry import CHIRALITY, helix_line
 from helimag.scenario import Helix
 
 MOST_TURNS = 100_000  # what the quadrature takes in a second
@@ -49,11 +50,11 @@ def centerline(helix: Helix, start: float) -> tuple[NDArray[np.float64], NDArray
     half = np.diff(edges) / 2.0
     u = (edges[:-1, None] + half[:, None] * (1.0 + nodes)).ravel()
     du = (half[:, None] * weights).ravel()
-    k = 2.0 * math.pi / helix.pitch
-    chi = 1.0 if helix.handedness == "left" else -1.0
-    cos, sin = np.cos(k * u), np.sin(k * u)
-    points = np.stack([-start - u, helix.radius * cos, chi * helix.radius * sin], axis=1)
-    slope = np.stack([-np.ones_like(u), -k * helix.radius * sin, chi * k * helix.radius * cos], axis=1)
+    k, chi = 2.0 * math.pi / helix.pitch, CHIRALITY[helix.handedness]
+    points = helix_line(u, radius=helix.radius, pitch=helix.pitch, chirality=chi, behind=start)
+    slope = np.stack(
+        [-np.ones_like(u), -k * helix.radius * np.sin(k * u), chi * k * helix.radius * np.cos(k * u)], axis=1
+    )
     return points, slope / helix.contour_per_length, du * helix.contour_per_length
 
 

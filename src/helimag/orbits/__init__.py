@@ -1,8 +1,8 @@
 """Orbits: what a run repeats turn by turn in the frame of the drive, whether it attracts, and where that ends."""
 
-from helimag.orbits.beside_runs.against import Case, Comparison, Why, compare_with_orbits
+from helimag.orbits.beside_runs.against import Case, Comparison, compare_with_orbits
 from helimag.orbits.beside_runs.growth import ObservedGrowth, observed_growth
-from helimag.orbits.beside_runs.outlook import Future, Outlook, explain
+from helimag.orbits.beside_runs.outlook import Outlook, explain
 from helimag.orbits.curves.boundary import BoundaryCurve, boundary_of
 from helimag.orbits.curves.branch import Branch, Change, Event, Point
 from helimag.orbits.curves.continuation import follow
@@ -23,7 +23,8 @@ from helimag.orbits.slow_flow.attraction import Agreement, Basin, agreement, bas
 from helimag.orbits.slow_flow.averaging import SlowFlow, averaged_paths, averaged_rates, averaging_error, slow_flow
 from helimag.orbits.slow_flow.fixed_points import Counterpart, FixedPoint, counterparts, fixed_points
 from helimag.orbits.strobe.find import find_orbit, find_orbits, list_orbits
-from helimag.orbits.strobe.orbit import Orbit, OrbitStatus
+from helimag.orbits.strobe.orbit import Orbit
+from helimag.outcomes import Future, OrbitStatus, Why
 
 __all__ = [
     "CODIMENSION_TWO",

@@ -4,7 +4,7 @@ Every file is flat: numbers with units, CF flags for what is one of a few words,
 xarray, MATLAB (``ncread``) and any HDF5 reader open it. ``axis`` runs over x, y, z, ``component`` over w, x, y, z.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.files import replacing
-from helimag.runs.gain import Verdict
+from helimag.outcomes import BasinEnd, Term, Verdict, Why, cf_flags
 from helimag.runs.trajectory import versions
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 STABILITY = ("no_orbit", "unstable", "stable")
-ENDS = ("captured", "stayed", "attracted", "fell", "wall-limited", "out of step", "left", "broke down")
 PLACE = "head when a turn of the magnet begins, moving frame"
 ATTITUDE = "rotation from body to moving frame, scalar first, when a turn of the magnet begins"
 
@@ -88,18 +87,19 @@ def flow_dataset(flow: "SlowFlow", counterparts: Sequence["Counterpart"] = ()) -
 def basin_dataset(basin: "Basin", agreement: "Agreement | None" = None) -> "xarray.Dataset":
     """A basin cell by cell; with ``agreement`` also how full runs from some of the starts ended."""
     dims = ("x", "y", "z")
-    codes = np.array([ENDS.index(end) for end in basin.ends]).reshape(basin.shape)
+    ran = [end for end in BasinEnd if end is not BasinEnd.NOT_RUN]
+    codes = np.array([BasinEnd.of(end).flag for end in basin.ends]).reshape(basin.shape)
     captured = basin.captured.reshape(basin.shape).astype(int)
     data = {
-        "end": _flags(dims, codes, ENDS, f"how the run from this start ended by the {basin.engine} model"),
+        "end": _terms(dims, codes, ran, f"how the run from this start ended by the {basin.engine} model"),
         "captured": _flags(dims, captured, ("no", "yes"), "whether the device comes to the orbit"),
         "orbit_position": _number(("axis",), basin.orbit.position, "m", PLACE),
     }
     if agreement is not None:
-        full = np.full(basin.ends.size, len(ENDS))
-        full[agreement.starts] = [ENDS.index(end) for end in agreement.full]
-        data["end_by_full_run"] = _flags(
-            dims, full.reshape(basin.shape), (*ENDS, "not_run"), "how a full run from this start ended"
+        full = np.full(basin.ends.size, BasinEnd.NOT_RUN.flag)
+        full[agreement.starts] = [BasinEnd.of(end).flag for end in agreement.full]
+        data["end_by_full_run"] = _terms(
+            dims, full.reshape(basin.shape), BasinEnd, "how a full run from this start ended"
         )
     about = {"engine": basin.engine, "duration": basin.duration, "volume": basin.volume}
     return _dataset(data, _places(basin.axes), basin.orbit.scenario, "basin of attraction", about)
@@ -153,8 +153,6 @@ def comparison_dataset(
     dimensions
         Of the grid, in order. One that a single input runs along gets that input's name.
     """
-    from helimag.orbits.beside_runs.against import Why
-
     paths = {dim: [path for path, given in inputs.items() if given.dimension == dim] for dim in dimensions}
     names = {dim: on[0].replace(".", "_") if len(on) == 1 else dim for dim, on in paths.items()}
     dims = tuple(names.values())
@@ -167,15 +165,17 @@ def comparison_dataset(
         else:
             variable = _number(dim, values, unit, path)
         named[path.replace(".", "_")] = variable
-    verdicts = ("none", *(str(verdict) for verdict in Verdict))
-    whys = ("nothing to explain", *(str(why) for why in Why))
+    judged = [verdict for verdict in Verdict if verdict.judged]
+    verdicts = np.array([Verdict.of(word).flag if word else 0 for word in result.verdicts.flat])
     codes = np.zeros(result.verdicts.shape, dtype=int)
     for case in result.cases:
-        codes[case.node] = whys.index(str(case.why))
+        codes[case.node] = case.why.flag
     data = {
-        "verdict": _flags(dims, np.vectorize(lambda v: verdicts.index(v or "none"))(result.verdicts), verdicts, "run"),
+        "verdict": _terms(dims, verdicts.reshape(result.verdicts.shape), judged, "run", zero="none"),
         "stability": _flags(dims, _stability(result.growth), STABILITY, "whether an orbit is known, and a stable one"),
-        "why": _flags(dims, codes, whys, "why run and orbit differ, or what becomes of an undecided run"),
+        "why": _terms(
+            dims, codes, Why, "why run and orbit differ, or what becomes of an undecided run", zero="nothing to explain"
+        ),
         "growth": _number(dims, result.growth, "1/s", "real part of the leading rate; stable where negative"),
         "position": _number((*dims, "axis"), result.states[..., :3], "m", PLACE),
         "away": _flags(dims, result.away.astype(int), ("no", "yes"), "whether no neighbour differs in stability"),
@@ -259,6 +259,13 @@ def _flags(dims: tuple[str, ...], codes: Any, words: Sequence[str], meaning: str
             "flag_meanings": meanings,
         },
     )
+
+
+def _terms(dims: tuple[str, ...], codes: Any, terms: Iterable[Term], meaning: str, *, zero: str = "") -> Variable:
+    """A CF flag variable of the vocabulary's own numbers; ``zero`` says what 0 means where no term has it."""
+    flags = cf_flags(terms, zero=zero)
+    values: NDArray[np.int8] = np.array(flags["flag_values"], dtype=np.int8)
+    return dims, np.asarray(codes, dtype=np.int8), {"long_name": meaning, **flags, "flag_values": values}
 
 
 def _input(scenario: Scenario, path: str) -> dict[str, object]:

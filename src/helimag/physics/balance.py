@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from helimag.physics.kinematics import State, rotation_matrix, state_rates
+from helimag.physics.kinematics import State, rotation_matrix
 from helimag.physics.magnetics import magnetic_torque
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -32,17 +32,28 @@ def gravity_torque(up: wp.vec3d, weight_moment: wp.float64) -> wp.vec3d:
 
 
 @wp.func
-def balance_rates(body: Body, state: State, force: wp.vec3d, field: wp.vec3d) -> State:
-    """Rates of ``state`` under the magnetic ``force`` (N) and ``field`` (T), both in lab components: eq. (4) solved.
+def load_on(body: Body, rotation: wp.mat33d, force: wp.vec3d, field: wp.vec3d) -> wp.spatial_vectord:
+    """Force (N) and torque (N m) on the device, body frame, but for drag: the left-hand side of eq. (4).
 
-    The magnetic torque m x B and gravity are added here; drag answers through the body's mobility.
+    From the magnetic ``force`` (N) and ``field`` (T), both in lab components; the magnetic torque m x B and gravity are
+    added here. ``rotation`` takes body components to lab components.
     """
-    rotation = rotation_matrix(state)
     to_body = wp.transpose(rotation)
     up = wp.vec3d(rotation[2, 0], rotation[2, 1], rotation[2, 2])
     moment = wp.vec3d(ZERO, body.magnetic_moment, ZERO)
     load = to_body * force - body.net_weight * up
     torque = magnetic_torque(moment, to_body * field) + gravity_torque(up, body.weight_moment)
-    motion = body.mobility * wp.spatial_vectord(load[0], load[1], load[2], torque[0], torque[1], torque[2])
-    velocity = rotation * wp.vec3d(motion[0], motion[1], motion[2])
-    return state_rates(state, velocity, wp.vec3d(motion[3], motion[4], motion[5]))
+    return wp.spatial_vectord(load[0], load[1], load[2], torque[0], torque[1], torque[2])
+
+
+@wp.struct
+class OpenWater:
+    """Surroundings without anything near: nothing to know of them."""
+
+
+@wp.func
+def open_water(
+    body: Body, surroundings: OpenWater, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
+) -> wp.spatial_vectord:
+    """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, far from all walls: eq. (4) solved."""
+    return body.mobility * load

@@ -9,8 +9,8 @@ ONE = wp.constant(wp.float64(1.0))
 THREE = wp.constant(wp.float64(3.0))
 FIVE = wp.constant(wp.float64(5.0))
 
-HIGHEST_ORDER = wp.constant(9)  # of the multipoles kept for a cylinder
-Multipoles = wp.types.vector(length=10, dtype=wp.float64)  # by order 0 ... 9, A m^(order + 1)
+HIGHEST_ORDER = wp.constant(15)  # of the multipoles kept for a cylinder
+Multipoles = wp.types.vector(length=8, dtype=wp.float64)  # of the odd orders 1, 3 ... 15, A m^(order + 1)
 
 
 @wp.struct
@@ -19,7 +19,11 @@ class Magnet:
 
     offset: wp.vec3d  # m, from the RPM's centre, in the arm's turning frame
     moment: wp.float64  # A m^2
-    multipoles: Multipoles  # axial multipole moments; order 1 is the moment again
+    cos_phase: wp.float64  # of what the moment is ahead of the spin
+    sin_phase: wp.float64
+    slices: wp.int32  # along the axis, each with the multipoles below; a long cylinder is cut into several
+    thickness: wp.float64  # m, of a slice
+    multipoles: Multipoles  # axial multipole moments of a slice; order 1 is its moment
 
 
 @wp.func
@@ -72,7 +76,7 @@ def axial_field_and_force(r: wp.vec3d, axis: wp.vec3d, multipoles: Multipoles, m
         dp_next = (n + ONE) * p + cosine * dp
         ddp_next = (n + ONE + ONE) * dp + cosine * ddp
         if order % 2 == 1:
-            scale = MU0_OVER_4PI * multipoles[order] * power
+            scale = MU0_OVER_4PI * multipoles[order // 2] * power
             field += scale * (dp_next * r_hat - dp * axis)
             radial = (n + ONE + ONE) * (dp_next * along_m - dp * axis_m)
             force += (scale / distance) * (
@@ -94,8 +98,25 @@ def point_dipole(magnet: Magnet, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
 
 @wp.func
 def cylinder(magnet: Magnet, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
-    """Field and force of a cylinder magnetised along its own axis (``field = "cylinder"`` in a scenario)."""
-    return axial_field_and_force(r, axis, magnet.multipoles, m)
+    """Field and force of a cylinder magnetised along its own axis (``field = "cylinder"`` in a scenario).
+
+    The sum over slices of the axis, each short enough for its multipoles to converge a diameter away.
+    """
+    field = wp.vec3d()
+    force = wp.vec3d()
+    lowest = HALF * wp.float64(magnet.slices - 1) * magnet.thickness
+    for k in range(magnet.slices):
+        at = wp.float64(k) * magnet.thickness - lowest
+        field_k, force_k = axial_field_and_force(r - at * axis, axis, magnet.multipoles, m)
+        field += field_k
+        force += force_k
+    return field, force
+
+
+@wp.func
+def phased_axis(magnet: Magnet, moment_axis: wp.vec3d, rotation_axis: wp.vec3d) -> wp.vec3d:
+    """Direction of a magnet's moment: the spin's, turned ahead about the rotation axis by the magnet's own phase."""
+    return magnet.cos_phase * moment_axis + magnet.sin_phase * wp.cross(rotation_axis, moment_axis)
 
 
 @wp.func

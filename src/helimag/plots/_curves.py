@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import Normal, Stroke
 
 from helimag.orbits import CODIMENSION_TWO, BoundaryCurve, Change
-from helimag.scenario import Input, Scenario, parse
+from helimag.scenario import Input, Scenario, parse, varied
 from helimag.sweeps import axis_names, parse_plan
 
 if TYPE_CHECKING:
@@ -63,25 +63,23 @@ def belongs(curve: BoundaryCurve, part: "xarray.Dataset") -> bool:
     if {part[name].attrs["long_name"] for name in across} != set(curve.paths) or len(across) != 2:
         return False
     panel = _scenario_of(part)
-    for path in curve.paths:
-        panel = Input(path).changed(panel, Input(path).value(curve.scenario))
+    panel = varied(panel, {path: Input(path).value(curve.scenario) for path in curve.paths})
     return _same(_decisive(panel), _decisive(curve.scenario))
 
 
 def _scenario_of(part: "xarray.Dataset") -> Scenario:
     """The scenario of a panel: the sweep's, with the values of the axes that are one number there."""
-    scenario = parse(part.attrs["scenario"])
+    values: dict[str, float | str] = {}
     swept = {line.field for line in parse_plan(part.attrs["plan"]).axis}
     for coordinate in part.coords.values():
         field = coordinate.attrs.get("long_name")
         if coordinate.ndim or field not in swept:
             continue
         if "flag_meanings" in coordinate.attrs:
-            word = coordinate.attrs["flag_meanings"].split()[int(coordinate)].replace("_", " ")
-            scenario = scenario.replaced({field: word})
+            values[field] = coordinate.attrs["flag_meanings"].split()[int(coordinate)].replace("_", " ")
         else:
-            scenario = Input(field).changed(scenario, float(coordinate))
-    return scenario
+            values[field] = float(coordinate)
+    return varied(parse(part.attrs["scenario"]), values)
 
 
 def _decisive(scenario: Scenario) -> dict[str, Any]:

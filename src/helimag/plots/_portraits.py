@@ -11,27 +11,34 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from helimag.engine.packing import arm_position
+from helimag.engine import arm_position
 from helimag.orbits import Basin, FixedPoint, Orbit, SlowFlow
-from helimag.plots._style import BLUE, FULL_WIDTH, GREEN, MM, ORANGE, PALE, PURPLE, SKY, VERMILLION, styled
+from helimag.outcomes import BasinEnd
+from helimag.plots._style import (
+    BLUE,
+    DARK,
+    FULL_WIDTH,
+    GREEN,
+    GREY,
+    MM,
+    ORANGE,
+    PALE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    WHITE,
+    YELLOW,
+    styled,
+)
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
 PLANES = ((0, 1), (0, 2), (1, 2))
 ACROSS = 61  # places along a side at which the flow is looked up for the figure
-DARK = "#404040"
-YELLOW = "#F0E442"  # Okabe and Ito, as the other colours
-ENDS = {  # in the order of the legend
-    "captured": GREEN,
-    "stayed": SKY,
-    "attracted": VERMILLION,
-    "fell": BLUE,
-    "wall-limited": PURPLE,
-    "out of step": PALE,
-    "left": YELLOW,
-    "broke down": DARK,
-}
+# of the ends, by their numbers and in the order of the legend; the last ones wait for ends to come
+PALETTE = (GREEN, SKY, VERMILLION, BLUE, PURPLE, PALE, YELLOW, DARK, WHITE, ORANGE, GREY)
+ENDS = dict(zip(BasinEnd, PALETTE, strict=False))
 ON: dict[str, Any] = {
     "marker": "o",
     "color": VERMILLION,
@@ -93,9 +100,9 @@ def draw_basin(basin: Basin) -> Figure:
     matplotlib.figure.Figure
         180 mm wide; mm, moving frame. Each plane is the layer of cells nearest to the orbit.
     """
-    names = [name for name in ENDS if name in basin.ends]
+    names = [str(end) for end in ENDS if np.any(basin.ends == end)]
     codes = np.array([names.index(end) for end in basin.ends]).reshape(basin.shape)
-    colours = ListedColormap([ENDS[name] for name in names])
+    colours = ListedColormap([ENDS[BasinEnd.of(name)] for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, colours.N)
     edges = [1e3 * _edges(axis) for axis in basin.axes]
     with styled():
@@ -113,7 +120,7 @@ def draw_basin(basin: Basin) -> Figure:
             _frame(axis, basin.orbit, i, j, (edges[i][0], edges[i][-1]), (edges[j][0], edges[j][-1]))
             axis.set_title(f"{'xyz'[k]} = {_signed(1e3 * basin.axes[k][layer])} mm")
         tally = {name: int(np.count_nonzero(basin.ends == name)) for name in names}
-        handles: list[Any] = [Patch(color=ENDS[name], label=f"{name} ({tally[name]})") for name in names]
+        handles: list[Any] = [Patch(color=ENDS[BasinEnd.of(name)], label=f"{name} ({tally[name]})") for name in names]
         handles.append(Line2D([], [], marker="*", color="black", linestyle="none", label="orbit"))
         figure.legend(handles=handles + _magnet_key(axes), loc="outside lower center", ncols=5)
     return figure

@@ -86,10 +86,7 @@ def _judged(trajectory: Trajectory) -> tuple[Judgement | None, str]:
         judgement = trajectory.judgement
     except InputError as error:
         return None, f"no verdict: {error}"
-    sentence = (
-        f"{judgement.verdict}: {judgement.reason}" if judgement.verdict not in judgement.reason else judgement.reason
-    )
-    return judgement, sentence
+    return judgement, f"{judgement.verdict}: {judgement.reason}"
 
 
 def slipping_spans(run: Shown) -> list[tuple[float, float]]:

@@ -11,10 +11,11 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
+from helimag.geometry import body_rotations
 from helimag.plots._path import extent, frame_box
 from helimag.plots._quantities import Shown, shown
 from helimag.plots._series import draw_height
-from helimag.plots._shapes import arrow_line, axis_rotation, body_rotation, cylinder_faces, head_faces, helix_line
+from helimag.plots._shapes import arrow_line, axis_rotation, cylinder_faces, head_faces, helix_line
 from helimag.plots._style import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, SKY, VERMILLION
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Device, Magnet
@@ -46,8 +47,8 @@ def _size(run: Shown) -> float:
 
 
 def _length(device: Device) -> float:
-    """Of head and helix (mm)."""
-    return 1e3 * (device.helix.length + 2.0 * device.head.reach)
+    """From end to end (mm)."""
+    return 1e3 * device.length
 
 
 class Scene:
@@ -164,7 +165,7 @@ class Scene:
         self.figure.text(0.6, 0.845, "device's moment", fontsize=10, color=PURPLE, weight="bold")
         centres = np.zeros_like(self.run.position)
         self._cast_device(axes, device, centres, scale=1, width=4.5)
-        moments = np.stack([body_rotation(quaternion)[:, 1] for quaternion in self.data["quaternion"]])
+        moments = body_rotations(self.data["quaternion"])[..., 1]
         self._cast_arrow(axes, centres, moments, 0.35 * reach, PURPLE)
         if "field" in self.data:
             self.figure.text(0.72, 0.845, "field", fontsize=10, color=GREEN, weight="bold")
@@ -173,14 +174,14 @@ class Scene:
     def _cast_device(self, axes: Axes3D, device: Device, centres: Floats, *, scale: int, width: float) -> None:
         """Helix and head."""
         points = 1e3 * scale * helix_line(device)
-        surface = 1e3 * scale * np.stack(head_faces(device))
+        surface = [1e3 * scale * face for face in head_faces(device)]
         helix = self._line(axes, ORANGE, width)
         head = self._solid(axes, GREY)
 
         def place(sample: int) -> None:
-            turn = body_rotation(self.data["quaternion"][sample]).T
+            turn = body_rotations(self.data["quaternion"][sample]).T
             helix.set_data_3d(*(centres[sample] + points @ turn).T)
-            head.set_verts(list(centres[sample] + surface @ turn))
+            head.set_verts([centres[sample] + face @ turn for face in surface])
 
         self.places.append(place)
 

@@ -5,6 +5,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.geometry import CHIRALITY
+from helimag.geometry import helix_line as centreline
 from helimag.scenario import CylinderHead, Device, Magnet
 
 Floats = NDArray[np.float64]
@@ -28,13 +30,17 @@ def cylinder_faces(magnet: Magnet) -> tuple[list[Floats], list[bool]]:
 
 
 def helix_line(device: Device) -> Floats:
-    """Centreline of the helix in the body frame (n, 3), the head at the origin; conventions as in the model."""
+    """Centreline of the helix in the body frame (n, 3), of none (0, 3); conventions as in the model."""
     helix = device.helix
+    if helix is None:
+        return np.empty((0, 3))
     along = np.linspace(0.0, helix.length, int(16 * helix.length / helix.pitch) + 2)
-    turn = 2.0 * np.pi / helix.pitch * along
-    sense = 1.0 if helix.handedness == "left" else -1.0
-    return np.stack(
-        [-device.head.reach - along, helix.radius * np.cos(turn), sense * helix.radius * np.sin(turn)], axis=1
+    return centreline(
+        along,
+        radius=helix.radius,
+        pitch=helix.pitch,
+        chirality=CHIRALITY[helix.handedness],
+        behind=device.helix_start,
     )
 
 
@@ -46,21 +52,11 @@ def axis_rotation(direction: Floats) -> Floats:
     return np.stack([across, np.cross(direction, across), direction], axis=1)
 
 
-def body_rotation(quaternion: Floats) -> Floats:
-    """Rotation (3, 3) from body to lab of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = quaternion
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
-
-
 def head_faces(device: Device) -> list[Floats]:
-    """Surface of the head in the body frame, as polygons (4, 3) of a surface of revolution about x."""
+    """Surface of head or body in the body frame: of a head polygons (4, 3) of a surface of revolution about x."""
     head = device.head
+    if head is None:
+        return [] if device.body is None else list(device.body.corners)
     if isinstance(head, CylinderHead):
         profile = head.reach * np.array([-1.0, -1.0, 1.0, 1.0]), head.radius * np.array([0.0, 1.0, 1.0, 0.0])
     else:

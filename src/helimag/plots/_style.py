@@ -16,8 +16,11 @@ GREEN = "#009E73"
 SKY = "#56B4E9"
 ORANGE = "#E69F00"
 PURPLE = "#CC79A7"
+YELLOW = "#F0E442"
 GREY = "#7F7F7F"
 PALE = "#D9D9D9"
+DARK = "#404040"
+WHITE = "#FFFFFF"
 
 TIME_COLOURS = "viridis"  # even in lightness, so it survives grey printing
 

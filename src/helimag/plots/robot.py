@@ -12,10 +12,7 @@ from numpy.typing import NDArray
 
 from helimag.plots._save import save
 from helimag.plots._style import BLUE, FULL_WIDTH, GREY, ORANGE, PALE, SKY, VERMILLION, styled
-from helimag.robot import Plan
-from helimag.robot.arm.checks import joint_rates
-from helimag.robot.arm.collision import capsules
-from helimag.robot.timed import timed_table
+from helimag.robot import Plan, capsules, joint_rates, timed_table
 
 Floats = NDArray[np.float64]
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -16,9 +17,25 @@ from numpy.typing import NDArray
 from helimag import quantities as q
 from helimag.errors import InputError, MissingExtra
 from helimag.files import replacing
+from helimag.outcomes import Reason, Verdict
 from helimag.plots._curves import belongs, draw_curves
-from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, PURPLE, SKY, TIME_COLOURS, VERMILLION, styled
-from helimag.sweeps import Outcome, axis_names, boundary_line, parse_plan
+from helimag.plots._style import (
+    BLUE,
+    DARK,
+    FULL_WIDTH,
+    GREEN,
+    GREY,
+    MM,
+    ORANGE,
+    PURPLE,
+    SKY,
+    TIME_COLOURS,
+    VERMILLION,
+    WHITE,
+    YELLOW,
+    styled,
+)
+from helimag.sweeps import axis_names, boundary_line, parse_plan
 
 if TYPE_CHECKING:
     import xarray
@@ -27,15 +44,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-COLOURS = {
-    Outcome.NOT_COMPUTED: "#FFFFFF",
-    Outcome.BOUNDED: BLUE,
-    Outcome.DRIFTING: SKY,
-    Outcome.ATTRACTED: VERMILLION,
-    Outcome.FELL: ORANGE,
-    Outcome.WALL_LIMITED: PURPLE,
-    Outcome.FAILED: GREY,
-}
+# of the verdicts, by their numbers; the last ones wait for verdicts to come
+PALETTE = (WHITE, BLUE, SKY, VERMILLION, ORANGE, PURPLE, GREY, GREEN, YELLOW, DARK)
+COLOURS = dict(zip(Verdict, PALETTE, strict=False))
 NAMES = {"yaw_rate": "yaw rate"}
 GAIN = "gain $\\gamma$"
 EDGE, UNIT = 0.9, 0.6  # widths of a map's contours: around what is bounded, and at a gain of one
@@ -152,11 +163,11 @@ def draw_curve(
     """Gain along one axis, each run marked by its verdict; gamma = 1 as a line."""
     values, gain, flags = _shown(row, name), row["gain"].values, row["verdict"].values
     axes.plot(values, np.minimum(gain, top), color=colour, linewidth=0.6, label=label, zorder=1)
-    for outcome in Outcome:
-        here = (flags == outcome) & (outcome != Outcome.NOT_COMPUTED)
+    for verdict in Verdict:
+        here = (flags == verdict) & (verdict != Verdict.NOT_COMPUTED)
         height = np.where(np.isnan(gain[here]), top, np.minimum(gain[here], top))
-        marker = "x" if outcome is Outcome.FAILED else "o"
-        axes.scatter(values[here], height, s=5, color=COLOURS[outcome], marker=marker, linewidths=0.6, zorder=2)
+        marker = "x" if verdict is Verdict.FAILED else "o"
+        axes.scatter(values[here], height, s=5, color=COLOURS[verdict], marker=marker, linewidths=0.6, zorder=2)
     axes.axhline(1.0, color="black", linewidth=0.6, linestyle="--")
     axes.set(xlabel=label_of(row, name), ylabel=GAIN, ylim=(0.0, 1.05 * top))
 
@@ -166,7 +177,7 @@ def shade(axes: Axes, row: "xarray.Dataset", name: str, colour: Any, span: tuple
     values = _shown(row, name)
     middles = (values[1:] + values[:-1]) / 2.0
     edges = np.concatenate([values[:1], middles, values[-1:]])
-    for i in np.flatnonzero(row["verdict"].values == Outcome.BOUNDED):
+    for i in np.flatnonzero(row["verdict"].values == Verdict.BOUNDED):
         axes.axvspan(edges[i], edges[i + 1], *span, color=colour, alpha=0.3, linewidth=0)
 
 
@@ -174,9 +185,11 @@ def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> None:
     """Verdicts as coloured cells with the gain's contours and the boundary of what is bounded."""
     dims = part["verdict"].dims
     flags = part["verdict"].transpose(dims[1], dims[0]).values
-    colours = np.array([[int(COLOURS[o][i : i + 2], 16) for i in (1, 3, 5)] for o in Outcome]) / 255.0
+    colours = np.zeros((1 + max(verdict.flag for verdict in Verdict), 3))
+    for verdict, colour in COLOURS.items():
+        colours[verdict.flag] = to_rgb(colour)
     axes.pcolormesh(_shown(part, x), _shown(part, y), colours[flags], shading="nearest", alpha=0.55, linewidth=0)
-    inside = (flags == Outcome.BOUNDED).astype(float)
+    inside = (flags == Verdict.BOUNDED).astype(float)
     if 0.0 < inside.mean() < 1.0:
         axes.contour(_shown(part, x), _shown(part, y), inside, levels=[0.5], colors="black", linewidths=EDGE)
     gain = part["gain"].transpose(dims[1], dims[0]).values
@@ -190,10 +203,10 @@ def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> None:
 def _draw_points(axes: Axes, part: "xarray.Dataset", names: Sequence[str]) -> None:
     """Runs at points of a plane, with the boundary and its error bars where the plan looked for one."""
     flags = part["verdict"].values
-    for outcome in Outcome:
-        here = (flags == outcome) & (outcome != Outcome.NOT_COMPUTED)
+    for verdict in Verdict:
+        here = (flags == verdict) & (verdict != Verdict.NOT_COMPUTED)
         x, y = (_shown(part, name)[here] for name in names)
-        axes.scatter(x, y, s=6, color=COLOURS[outcome], linewidths=0)
+        axes.scatter(x, y, s=6, color=COLOURS[verdict], linewidths=0)
     plan = parse_plan(part.attrs["plan"])
     if plan.boundary is not None:
         line = boundary_line(part, plan.boundary.verdict)
@@ -208,14 +221,10 @@ def _draw_points(axes: Axes, part: "xarray.Dataset", names: Sequence[str]) -> No
 def legend(flags: NDArray[np.int8]) -> list[Patch]:
     """A coloured patch for each verdict that occurs."""
     return [
-        Patch(color=COLOURS[outcome], label=_word(outcome))
-        for outcome in Outcome
-        if outcome != Outcome.NOT_COMPUTED and np.any(flags == outcome)
+        Patch(color=COLOURS[verdict], label=str(verdict))
+        for verdict in Verdict
+        if verdict != Verdict.NOT_COMPUTED and np.any(flags == verdict)
     ]
-
-
-def _word(outcome: Outcome) -> str:
-    return outcome.name.lower().replace("_", "-")
 
 
 def _scale(dataset: "xarray.Dataset", name: str) -> float:
@@ -333,16 +342,16 @@ def _add_panel(figure: Any, part: "xarray.Dataset", place: dict[str, int]) -> No
             )
     x, y = (columns[inner[-1]], gain) if curve else (columns[inner[0]], columns[inner[1]])
     text = _hover(part, columns)
-    for outcome in Outcome:
-        here = (flags == outcome) & (outcome != Outcome.NOT_COMPUTED)
+    for outcome in Verdict:
+        here = (flags == outcome) & (outcome != Verdict.NOT_COMPUTED)
         if np.any(here):
             figure.add_scatter(
                 x=x[here],
                 y=y[here],
                 mode="markers",
                 marker={"color": COLOURS[outcome], "size": 7},
-                name=_word(outcome),
-                legendrank=int(outcome),  # above the curves
+                name=str(outcome),
+                legendrank=outcome.flag,  # above the curves
                 text=text[here],
                 hoverinfo="text",
                 **place,
@@ -357,10 +366,9 @@ def _hover(part: "xarray.Dataset", columns: dict[str, Any]) -> Any:
     """What hovering over each run shows."""
     flags, gain = part["verdict"].values.ravel(), part["gain"].values.ravel()
     reasons = part["reason"].values.ravel()
-    words = part["reason"].attrs["flag_meanings"].split()
     lines = [
         [f"{label_of(part, name)}: {values[i]:.5g}" for name, values in columns.items()]
-        + [f"gain {gain[i]:.4g}", f"{_word(Outcome(flags[i]))}, {words[reasons[i]]}"]
+        + [f"gain {gain[i]:.4g}", f"{Verdict.of(flags[i])}, {Reason.of(reasons[i])}"]
         for i in range(flags.size)
     ]
     return np.array(["<br>".join(line) for line in lines])

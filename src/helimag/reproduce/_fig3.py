@@ -8,15 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.engine import trajectory_of
+from helimag.ensembles import Ensemble, Perturbation, ensembles
 from helimag.errors import FileError
-from helimag.reproduce._ensemble import Ensemble, run_ensembles
-from helimag.reproduce._table import as_text, fig3_rows, write_csv, write_json
+from helimag.reproduce._table import DISPLACEMENT, as_text, fig3_rows, write_csv, write_json
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
 
 Floats = NDArray[np.float64]
 
 RUNS = ("paper/fig3a", "paper/fig3b", "paper/fig3c")
+TWINS = 32
+SEED = 3
 SIMULATED = 0.85  # share of the time that the runs take; the rest is drawing
 
 
@@ -56,12 +59,19 @@ def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None)
 
     report = progress or (lambda _: None)
     target = _made(folder)
-    ensembles = run_ensembles([load(name) for name in RUNS], progress=lambda done: report(SIMULATED * done))
-    trajectories = [ensemble.trajectory for ensemble in ensembles]
-    rows = fig3_rows(ensembles)
+    displaced = Perturbation(displacement=DISPLACEMENT)
+    found = ensembles(
+        [load(name) for name in RUNS],
+        displaced,
+        runs=TWINS,
+        seed=SEED,
+        progress=lambda done: report(SIMULATED * done),
+    )
+    trajectories = [trajectory_of(each.nominal) for each in found]
+    rows = fig3_rows(found)
     text = as_text(rows)
     report(SIMULATED)
-    figure = plots.draw_side_by_side(_cases(ensembles, trajectories, rows))
+    figure = plots.draw_side_by_side(_cases(found, trajectories, rows))
     files = [target / f"fig3.{suffix}" for suffix in ("png", "svg", "pdf")]
     for path in files:
         plots.save(figure, path)
@@ -86,12 +96,12 @@ def _made(folder: str | Path) -> Path:
     return target
 
 
-def _cases(ensembles: Sequence[Ensemble], trajectories: Sequence[Trajectory], rows: list[dict[str, Any]]) -> list[Any]:
+def _cases(found: Sequence[Ensemble], trajectories: Sequence[Trajectory], rows: list[dict[str, Any]]) -> list[Any]:
     """What the figure shows of each run."""
     from helimag.plots import Case
 
     cases = []
-    for letter, ensemble, trajectory in zip("ABC", ensembles, trajectories, strict=True):
+    for letter, ensemble, trajectory in zip("ABC", found, trajectories, strict=True):
         own = {row["quantity"].partition(" ")[0]: row for row in rows if row["run"] == ensemble.scenario.name}
         gain = own["gain"]
         drive = ensemble.scenario.drive
@@ -105,7 +115,7 @@ def _cases(ensembles: Sequence[Ensemble], trajectories: Sequence[Trajectory], ro
                 trajectory=trajectory,
                 title=f"{letter}   {1e3 * drive.distance:g} mm, {np.degrees(drive.pitch):g}°",
                 remark=remark,
-                twins=[(twin.time, twin.states[:, 2]) for twin in ensemble.twins],
+                twins=[(twin.time, twin.states[:, 2]) for twin in ensemble.copies],
                 published_time=own["escape"]["published"] if "escape" in own else None,
             )
         )

@@ -17,7 +17,9 @@ import numpy as np
 from helimag import quantities as q
 from helimag.errors import FileError
 from helimag.files import replacing
-from helimag.sweeps import Axis, Outcome, Plan, Progress, sweep
+from helimag.outcomes import Verdict
+from helimag.scenario import Input
+from helimag.sweeps import Axis, Plan, Progress, sweep
 
 if TYPE_CHECKING:
     import xarray
@@ -28,7 +30,7 @@ FINE_RUNS = 81
 
 
 @dataclass(frozen=True)
-class Input:
+class SweptInput:
     """One of the three inputs: its field, kind, and the wide pass in the unit that it is shown in."""
 
     field: str
@@ -40,13 +42,13 @@ class Input:
     @property
     def name(self) -> str:
         """Name of its coordinate."""
-        return self.field.removeprefix("drive.")
+        return Input(self.field).label
 
 
 INPUTS = (
-    Input("drive.pitch", q.ANGLE, 0.0, 24.0, 1.0),
-    Input("drive.distance", q.LENGTH, 130.0, 170.0, 2.0),
-    Input("drive.yaw_rate", q.ANGULAR_RATE, 0.2, 2.0, 0.1),
+    SweptInput("drive.pitch", q.ANGLE, 0.0, 24.0, 1.0),
+    SweptInput("drive.distance", q.LENGTH, 130.0, 170.0, 2.0),
+    SweptInput("drive.yaw_rate", q.ANGULAR_RATE, 0.2, 2.0, 0.1),
 )
 
 
@@ -55,7 +57,7 @@ class Panel:
     """The two passes over one input at one frequency, what the others were, and what came of it (SI)."""
 
     frequency: float
-    input: Input
+    input: SweptInput
     others: Mapping[str, float]
     wide: "xarray.Dataset"
     fine: "xarray.Dataset"
@@ -64,15 +66,15 @@ class Panel:
     def best(self) -> float:
         """Value of least gain, among bounded runs where there are any."""
         values, gain, flags = self._joined()
-        allowed = flags == Outcome.BOUNDED if np.any(flags == Outcome.BOUNDED) else ~np.isnan(gain)
+        allowed = flags == Verdict.BOUNDED if np.any(flags == Verdict.BOUNDED) else ~np.isnan(gain)
         return float(values[allowed][np.argmin(gain[allowed])])
 
     @property
     def row(self) -> dict[str, Any]:
         """One line of the table: the bounded set and the least gain."""
         values, gain, flags = self._joined()
-        fine = self.fine["verdict"].values == Outcome.BOUNDED
-        inside = values[flags == Outcome.BOUNDED]
+        fine = self.fine["verdict"].values == Verdict.BOUNDED
+        inside = values[flags == Verdict.BOUNDED]
         at = int(np.argmin(np.abs(values - self.best)))
         step = float(np.diff(self.fine[self.input.name].values).mean())
         return {
@@ -86,7 +88,7 @@ class Panel:
             "runs": int(gain.size),
             "best": self.best,
             "least_gain": float(gain[at]),
-            "best_is_bounded": bool(flags[at] == Outcome.BOUNDED),
+            "best_is_bounded": bool(flags[at] == Verdict.BOUNDED),
             **{f"at_{name.removeprefix('drive.')}": value for name, value in self.others.items()},
         }
 
@@ -112,7 +114,7 @@ def characterize(
     folder: Path,
     *,
     frequencies: Sequence[float] = FREQUENCIES,
-    inputs: Sequence[Input] = INPUTS,
+    inputs: Sequence[SweptInput] = INPUTS,
     fine_runs: int = FINE_RUNS,
     duration: str = "1800 s",
     progress: Callable[[float], None] | None = None,
@@ -176,14 +178,14 @@ def _pass(
     return sweep(plan, out=folder / f"{name}.zarr", progress=progress).load()
 
 
-def _texts(each: Input, **values: float) -> dict[str, str]:
+def _texts(each: SweptInput, **values: float) -> dict[str, str]:
     return {name: f"{value:.12g} {each.kind.shown}" for name, value in values.items()}
 
 
-def _around(each: Input, wide: "xarray.Dataset") -> tuple[float, float]:
+def _around(each: SweptInput, wide: "xarray.Dataset") -> tuple[float, float]:
     """The bounded set and a step to each side, or two about the least gain where nothing is bounded (shown unit)."""
     values = wide[each.name].values / q.parse(f"1 {each.kind.shown}", each.kind)
-    inside = values[wide["verdict"].values == Outcome.BOUNDED]
+    inside = values[wide["verdict"].values == Verdict.BOUNDED]
     margin = each.step
     if inside.size == 0:
         gain = wide["gain"].values
@@ -195,7 +197,7 @@ def fig4(
     folder: str | Path,
     *,
     frequencies: Sequence[float] = FREQUENCIES,
-    inputs: Sequence[Input] = INPUTS,
+    inputs: Sequence[SweptInput] = INPUTS,
     fine_runs: int = FINE_RUNS,
     duration: str = "1800 s",
     progress: Callable[[float], None] | None = None,

@@ -11,12 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from helimag.engine.simulation import History
+from helimag.engine import History
+from helimag.ensembles import Ensemble
 from helimag.files import replacing
-from helimag.reproduce._ensemble import DISPLACEMENT, Ensemble
-from helimag.runs.gain import Verdict, gain_until
+from helimag.outcomes import Verdict
+from helimag.runs.gain import gain_until
 
 Row = dict[str, Any]
+
+DISPLACEMENT = 10e-6  # m, of the twins: standard deviation along each axis
 
 COLUMNS = ("run", "quantity", "published", "computed", "difference", "5 %", "50 %", "95 %", "")
 WIDTHS = (12, 14, 10, 10, 10, 8, 8, 8, 5)
@@ -70,7 +73,7 @@ def _verdict(ensemble: Ensemble) -> Row:
     counts = ensemble.verdicts.most_common()
     return {
         "computed": str(ensemble.judgement.verdict),
-        "twins": ", ".join(f"{count} of {len(ensemble.twins)} {name}" for name, count in counts),
+        "twins": ", ".join(f"{count} of {len(ensemble.copies)} {name}" for name, count in counts),
     }
 
 
@@ -82,9 +85,9 @@ def _numbers(entry: Row, ensemble: Ensemble) -> Row:
             return gain_until(history.heights, entry["at"])
         return history.judge().escape_time
 
-    found = [number for number in map(value, ensemble.twins) if number is not None]
+    found = [number for number in map(value, ensemble.copies) if number is not None]
     low, middle, high = np.quantile(found, (0.05, 0.5, 0.95)).tolist() if found else (None, None, None)
-    count = f"{len(found)} of {len(ensemble.twins)}"
+    count = f"{len(found)} of {len(ensemble.copies)}"
     return {"computed": value(ensemble.nominal), "twins": count, "q05": low, "q50": middle, "q95": high}
 
 
@@ -104,7 +107,7 @@ def _remark(entry: Row, ensemble: Ensemble) -> str:
                 f"The preset starts at ({start[0]:g}, {start[1]:g}, {start[2]:g}) mm. Exactly at the published "
                 "(0, -45, 0) mm the run sits on a knife edge: whether it falls there depends on the integrator's "
                 "tolerance, while the preset's falls at every one tried from 1e-6 to 1e-11. First slip against the "
-                f"field at {_seconds(ensemble.first_slip)}."
+                f"field at {_seconds(_first_slip(ensemble.nominal))}."
             )
         case "paper/fig3b", "escape time":
             return (
@@ -114,7 +117,7 @@ def _remark(entry: Row, ensemble: Ensemble) -> str:
         case "paper/fig3b", "gain":
             others = sum(judgement.verdict is not Verdict.FELL for judgement in ensemble.judgements)
             return (
-                f"Sensitive to the start: {others} of {len(ensemble.twins)} twins do not fall, and their small gains "
+                f"Sensitive to the start: {others} of {len(ensemble.copies)} twins do not fall, and their small gains "
                 "count here."
             )
         case "paper/fig3c", "verdict" if judgement.verdict is not Verdict.BOUNDED:
@@ -135,6 +138,12 @@ def _gain_to_magnet(ensemble: Ensemble) -> float:
     """Gain of a run that is followed from its lowest point up to the magnet's centre: the start, u above it, and u."""
     heights = ensemble.nominal.heights
     return 1.0 + (ensemble.scenario.drive.start[2] - float(heights.low.min())) / heights.initial_gap
+
+
+def _first_slip(history: History) -> float | None:
+    """When a run first slips a turn against the field (s)."""
+    slipped = np.flatnonzero(history.slips > 0.0)
+    return float(history.time[slipped[0]]) if slipped.size else None
 
 
 def _seconds(time: float | None) -> str:

@@ -1,35 +1,67 @@
 """From a scenario to a programme that an arm can run, checked before it moves; and back from what an arm really did."""
 
-from helimag.robot.arm.cell import Arm, Cell, load_arm, load_cell
-from helimag.robot.arm.checks import Offence
-from helimag.robot.arm.kinematics import Solutions, forward, inverse_kinematics, within_limits
-from helimag.robot.arm.path import MagnetPath, magnet_path
-from helimag.robot.arm.planning import Plan, plan
-from helimag.robot.krl.comparison import Deviation, deviation
-from helimag.robot.krl.interpreter import Playback, play
-from helimag.robot.krl.writer import write_krl
+from helimag.robot.arm import (
+    Arm,
+    Capsules,
+    Cell,
+    MagnetPath,
+    Offence,
+    Plan,
+    Solutions,
+    capsules,
+    forward,
+    inverse_kinematics,
+    joint_rates,
+    load_arm,
+    load_cell,
+    magnet_path,
+    plan,
+    within_limits,
+)
+from helimag.robot.jitter import Jitter, load_jitter, measured_jitter, study
+from helimag.robot.krl import Deviation, Playback, checked_name, deviation, krl_texts, play, write_krl
+from helimag.robot.logs import Log, log_of_playback, read_log, replayed
 from helimag.robot.programme import feasible_or_refused, write_programme
-from helimag.robot.report import report
+from helimag.robot.rehearsal import as_programmed, rehearse
+from helimag.robot.report import report, with_unwinding
+from helimag.robot.timed import timed_table
 
 __all__ = [
     "Arm",
+    "Capsules",
     "Cell",
     "Deviation",
+    "Jitter",
+    "Log",
     "MagnetPath",
     "Offence",
     "Plan",
     "Playback",
     "Solutions",
+    "as_programmed",
+    "capsules",
+    "checked_name",
     "deviation",
     "feasible_or_refused",
     "forward",
     "inverse_kinematics",
+    "joint_rates",
+    "krl_texts",
     "load_arm",
     "load_cell",
+    "load_jitter",
+    "log_of_playback",
     "magnet_path",
+    "measured_jitter",
     "plan",
     "play",
+    "read_log",
+    "rehearse",
+    "replayed",
     "report",
+    "study",
+    "timed_table",
+    "with_unwinding",
     "within_limits",
     "write_krl",
     "write_programme",

@@ -1,22 +1,22 @@
 """What errors of arm and motor do to a run: speed ripple, path offset, shaking, frequency error."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
-from helimag.errors import FileError, InputError
-from helimag.files import toml_tables
+from helimag.errors import InputError
+from helimag.files import text_of, toml_tables
 from helimag.robot.arm.path import magnet_path
 from helimag.robot.logs import Log
-from helimag.scenario import Scenario
-from helimag.scenario._device import Part
-from helimag.scenario._fields import Frequency, Length
-from helimag.scenario._scenario import messages
+from helimag.robot.models import model_of
+from helimag.scenario import Frequency, Length, Part, Scenario
+
+if TYPE_CHECKING:
+    from helimag.ensembles import Ensemble
 
 Floats = NDArray[np.float64]
 Point = tuple[Length, Length, Length]
@@ -59,24 +59,6 @@ class Jitter(Part):
         return {kind: one for kind, one in alone.items() if one != blank} | {"all": self}
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """Gains and verdicts of the runs of one kind of error."""
-
-    kind: str
-    gains: tuple[float, ...]
-    verdicts: tuple[str, ...]
-
-    @property
-    def mean(self) -> float:
-        return float(np.mean(self.gains))
-
-    @property
-    def spread(self) -> float:
-        """Standard deviation over the draws."""
-        return float(np.std(self.gains))
-
-
 def load_jitter(path: str | Path) -> Jitter:
     """Read a jitter model from a TOML file.
 
@@ -87,17 +69,7 @@ def load_jitter(path: str | Path) -> Jitter:
     InputError
         Where it is no jitter model.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file") from None
-    data = toml_tables(text, str(path))
-    try:
-        return Jitter.model_validate(data, context={"file": True})
-    except ValidationError as error:
-        raise InputError(f"{path}: {'; '.join(messages(error))}") from None
+    return model_of(Jitter, toml_tables(text_of(path), str(path)), str(path))
 
 
 def jittered(scenario: Scenario, jitter: Jitter, random: np.random.Generator) -> Scenario:
@@ -154,8 +126,8 @@ def study(
     draws: int = 4,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
-) -> list[Outcome]:
-    """Gain and verdict without errors, with each kind of error alone, and with all.
+) -> "dict[str, Ensemble]":
+    """The run without errors (nominal), and copies of it with each kind of error alone and with all, by kind.
 
     Each kind has ``draws`` runs, with other phases.
 
@@ -163,8 +135,11 @@ def study(
     ------
     InputError
         Where the jitter does not fit the run.
+    RunError
+        Where the numbers of a run broke down.
     """
-    from helimag.engine.simulation import advance
+    from helimag.engine import advance
+    from helimag.ensembles import Ensemble, finished
 
     kinds = jitter.parts
     runs = [jittered(scenario, Jitter(), np.random.default_rng(seed))]
@@ -173,19 +148,11 @@ def study(
         drawn = draws if part.speed or part.shake else 1
         runs += [jittered(scenario, part, np.random.default_rng([seed, i])) for i in range(drawn)]
         labels += [kind] * drawn
-    judged = [history.judge() for history in advance(runs, progress=progress)]
-    return [
-        _outcome(kind, [j for label, j in zip(labels, judged, strict=True) if label == kind])
-        for kind in dict.fromkeys(labels)
-    ]
-
-
-def _outcome(kind: str, judged: Sequence[object]) -> Outcome:
-    return Outcome(
-        kind,
-        tuple(float(judgement.gain) for judgement in judged),  # type: ignore[attr-defined]
-        tuple(str(judgement.verdict) for judgement in judged),  # type: ignore[attr-defined]
-    )
+    histories = finished(advance(runs, progress=progress))
+    return {
+        kind: Ensemble(histories[0], [run for label, run in zip(labels, histories, strict=True) if label == kind])
+        for kind in kinds
+    }
 
 
 def measured_jitter(scenario: Scenario, log: Log, source: str) -> Jitter:

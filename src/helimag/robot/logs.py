@@ -1,7 +1,7 @@
 """Logs of measured poses as CSV, and any timed tool poses, as the magnet path of a scenario."""
 
-import csv
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
-from helimag.errors import FileError, InputError
+from helimag.errors import InputError
+from helimag.geometry import turn
 from helimag.robot.arm.cell import Cell
-from helimag.robot.arm.frames import frames, inverse, rotation, turn
+from helimag.robot.arm.frames import frames, inverse, rotation
 from helimag.robot.arm.path import magnet_path, motor_angle
 from helimag.robot.krl.interpreter import Playback
 from helimag.robot.timed import Table
+from helimag.runs import read_table
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -43,9 +45,9 @@ def read_log(path: str | Path, cell: Cell) -> Log:
     """Read a log of measured poses.
 
     Comment lines state the frame (``# frame: lab`` or ``base``), what was measured (``# pose: tool`` or ``flange``)
-    and, where it differs, ``# motor axis: against``. The columns ``time, x, y, z, a, b, c`` and, if there is one,
-    ``motor`` carry their units, as in ``x [mm]``; A, B, C are KUKA's angles. Other columns are passed over. Time is
-    counted from the first row.
+    and, where it differs, ``# motor axis: against``. The columns are ``time, x, y, z, a, b, c`` and, if there is one,
+    ``motor``, in a table as :func:`helimag.runs.read_table` reads it; A, B, C are KUKA's angles. Time is counted from
+    the first row.
 
     Raises
     ------
@@ -54,86 +56,36 @@ def read_log(path: str | Path, cell: Cell) -> Log:
     InputError
         Where a frame, a column or a unit is missing, a value is no number, or time does not rise.
     """
+    table = read_table(path, {**_KINDS, "motor": q.ANGLE}, needed=list(_KINDS))
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise FileError(f"there is no file '{path}'") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file") from None
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-    try:
-        return _log(text, cell)
+        table.check_rises("time")
+        marks = _marks(table.comments)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-
-
-def _log(text: str, cell: Cell) -> Log:
-    marks = _marks(text)
-    lines = [
-        (i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip() and not line.startswith("#")
-    ]
-    if len(lines) < 3:
-        raise InputError("a log needs a line of column names and two rows or more")
-    columns = _columns(lines)
-    time = columns["time"] - columns["time"][0]
-    late = np.flatnonzero(np.diff(time) <= 0.0)
-    if late.size:
-        raise InputError(f"line {lines[int(late[0]) + 2][0]}: time must rise from row to row")
+    columns = table.values
     position = np.column_stack([columns[name] for name in "xyz"])
     pose = frames(position, rotation(np.column_stack([columns[name] for name in "abc"])))
     if marks["pose"] == "flange":
         pose = pose @ cell.tool_in_flange
     if marks["frame"] == "base":
         pose = inverse(cell.lab_in_base) @ pose
+    time = columns["time"] - columns["time"][0]
     return Log(time, pose, columns.get("motor"), marks["motor axis"] == "against")
 
 
-def _marks(text: str) -> dict[str, str]:
+def _marks(comments: Sequence[str]) -> dict[str, str]:
+    """What the comment lines state, in lower case."""
     found = dict(_DEFAULTS)
-    for line in text.splitlines():
-        key, colon, value = line.removeprefix("#").partition(":")
-        if line.startswith("#") and colon and key.strip() in _CHOICES:
-            found[key.strip()] = value.strip()
+    for line in comments:
+        key, colon, value = (part.strip().lower() for part in line.partition(":"))
+        if colon and key in _CHOICES:
+            found[key] = value
     for key, choices in _CHOICES.items():
         if found.get(key) not in choices:
             raise InputError(
                 f"a comment line must state '# {key}: {choices[0]}' or '{choices[1]}'; got {found.get(key)!r}"
             )
     return found
-
-
-def _columns(lines: list[tuple[int, str]]) -> dict[str, Floats]:
-    """The columns that matter, in SI."""
-    names = [name.strip() for name in next(csv.reader([lines[0][1]]))]
-    wanted: dict[str, tuple[int, float]] = {}
-    for i, written in enumerate(names):
-        name, bracket, unit = written.partition("[")
-        kind = {**_KINDS, "motor": q.ANGLE}.get(name.strip())
-        if kind is not None:
-            if not bracket:
-                raise InputError(f"column '{written}' must carry its unit, such as '{name.strip()} [{kind.shown}]'")
-            wanted[name.strip()] = (i, q.parse(f"1 {unit.rstrip(' ]')}", kind))
-    missing = [name for name in _KINDS if name not in wanted]
-    if missing:
-        raise InputError(f"a log needs the columns {', '.join(_KINDS)}; it lacks {', '.join(missing)}")
-    values: dict[str, list[float]] = {name: [] for name in wanted}
-    for line, row in zip((i for i, _ in lines[1:]), csv.reader(text for _, text in lines[1:]), strict=True):
-        for name, (i, factor) in wanted.items():
-            values[name].append(_number(row, i, line) * factor)
-    return {name: np.array(column) for name, column in values.items()}
-
-
-def _number(row: list[str], i: int, line: int) -> float:
-    try:
-        value = float(row[i])
-    except (IndexError, ValueError):
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(
-            f"line {line}: column {i + 1} must be a finite number; got {row[i] if i < len(row) else 'nothing'!r}"
-        )
-    return value
 
 
 def log_of(table: Table, reversed_axis: bool) -> Log:

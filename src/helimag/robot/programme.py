@@ -14,17 +14,18 @@ from helimag.robot.arm.planning import Plan
 from helimag.robot.krl.comparison import Deviation, deviation
 from helimag.robot.krl.interpreter import play
 from helimag.robot.krl.writer import checked_name, name_for, write_krl
+from helimag.robot.rehearsal import bounded, checked_run, rehearse, shown
 from helimag.robot.report import remedies, report
 from helimag.robot.robodk import write_robodk
 from helimag.robot.timed import motor_rows, timed_table
+from helimag.runs.trajectory import Trajectory
 
 
 def write_programme(
     plan: Plan,
     folder: str | Path,
     *,
-    verdict: str,
-    reason: str,
+    run: Trajectory | None = None,
     name: str | None = None,
     accept_unbounded: bool = False,
     spline: bool = False,
@@ -33,66 +34,65 @@ def write_programme(
 
     Parameters
     ----------
-    verdict, reason
-        What the simulated run comes to, such as ``run.verdict`` and ``run.judgement.reason``.
+    run
+        What :func:`rehearse` gave for this plan; without it the programme is simulated here. A run of another
+        scenario, with other unwindings, from another start or shorter than the programme is refused.
     name
         Of the KRL module and of the files; default made of the scenario's name.
     accept_unbounded
-        Write although the verdict is not ``"bounded"``; the header then carries a warning.
+        Write although the run's verdict is not bounded; the header then carries a warning.
     spline
         Write SLIN and SCIRC instead of LIN and CIRC.
 
     Raises
     ------
     InputError
-        Where the plan is not feasible, the run is not bounded and that was not accepted, a name does not fit, or the
-        programme read back differs from the plan.
+        Where the plan is not feasible, the run is not the programme's, it is not bounded and that was not accepted, a
+        name does not fit, or the programme read back differs from the plan.
     FileError
         Where a file cannot be written.
     """
-    texts = programme_texts(
-        plan, verdict=verdict, reason=reason, name=name, accept_unbounded=accept_unbounded, spline=spline
-    )
+    texts = programme_texts(plan, run=run, name=name, accept_unbounded=accept_unbounded, spline=spline)
     return _write(Path(folder), texts)
 
 
 def programme_texts(
     plan: Plan,
     *,
-    verdict: str,
-    reason: str,
+    run: Trajectory | None = None,
     name: str | None = None,
     accept_unbounded: bool = False,
     spline: bool = False,
 ) -> dict[str, str]:
     """The files of a programme as texts by file name; parameters and errors as for :func:`write_programme`."""
+    name = name_for(plan.scenario.name) if name is None else checked_name(name)
     feasible_or_refused(plan)
-    bounded = verdict == "bounded"
-    if not bounded and not accept_unbounded:
+    run = rehearse(plan) if run is None else checked_run(plan, run)
+    verdict, reason = run.verdict, run.judgement.reason
+    if not bounded(run) and not accept_unbounded:
         raise InputError(
             f"the run is not bounded ({verdict}: {reason}); change the scenario, or accept it to write "
             "the programme all the same (--accept-unbounded)"
         )
-    name = name_for(plan.scenario.name) if name is None else checked_name(name)
-    warning = [] if bounded else [f"WARNING: THE SIMULATED RUN IS NOT BOUNDED. {verdict}: {reason}"]
-    header = [*warning, *_header(plan, verdict, reason)]
+    warning = [] if bounded(run) else [f"WARNING: THE SIMULATED RUN IS NOT BOUNDED. {verdict}: {reason}"]
+    header = [*warning, *_header(plan, run)]
     src, dat = write_krl(plan, name, header, spline=spline)
     found = deviation(plan, play(src, dat, plan.cell.arm))
     if not found.acceptable:
         raise InputError(f"the programme read back is not the plan: {_shown(found)}")
-    checked = f"Read back: {_shown(found)}"
-    src, dat = write_krl(plan, name, [*header, checked], spline=spline)
-    table = timed_table(plan)
-    columns = {key: values.tolist() for key, values in table.columns().items()}
+    header.append(f"Read back: {_shown(found)}")
+    src, dat = write_krl(plan, name, header, spline=spline)
+    return {f"{name}.src": src, f"{name}.dat": dat, **_other_texts(plan, name, header)}
+
+
+def _other_texts(plan: Plan, name: str, header: list[str]) -> dict[str, str]:
+    """RoboDK script, timed path and motor's set-points, by file name."""
+    columns = {key: values.tolist() for key, values in timed_table(plan).columns().items()}
+    path = {"header": header, "report": report(plan), "frame": "lab", "columns": columns}
     return {
-        f"{name}.src": src,
-        f"{name}.dat": dat,
-        f"{name}_robodk.py": write_robodk(plan, name, [*header, checked]),
+        f"{name}_robodk.py": write_robodk(plan, name, header),
         f"{name}_path.csv": _csv(columns, _marks(plan)),
-        f"{name}_path.json": json.dumps(
-            {"header": [*header, checked], "report": report(plan), "frame": "lab", "columns": columns}, allow_nan=False
-        )
-        + "\n",
+        f"{name}_path.json": json.dumps(path, allow_nan=False) + "\n",
         f"{name}_motor.csv": _csv(_transposed(motor_rows(plan)), {"angle": "about the tool's x axis from its y axis"}),
     }
 
@@ -108,14 +108,14 @@ def cell_hash(cell: Cell) -> str:
     return hashlib.sha256(json.dumps(cell.model_dump(mode="python"), sort_keys=True).encode()).hexdigest()
 
 
-def _header(plan: Plan, verdict: str, reason: str) -> list[str]:
+def _header(plan: Plan, run: Trajectory) -> list[str]:
     laps = f", {plan.laps:.2f} laps" if plan.laps else ""
     rate = motor_rows(plan)[0]
     return [
         f"helimag {version('helimag')}",
         f"Scenario: {plan.scenario.name}",
         f"Scenario hash: {plan.scenario.hash}",
-        f"Simulated: {verdict}; {reason}",
+        *shown(plan, run),
         f"Arm: {plan.cell.arm.name}",
         f"Cell: {plan.cell.name}",
         f"Cell hash: {cell_hash(plan.cell)}",

@@ -7,7 +7,7 @@ import numpy as np
 
 from helimag.robot.arm.checks import Offence
 from helimag.robot.arm.collision import capsules, clearances
-from helimag.robot.arm.planning import Plan
+from helimag.robot.arm.planning import Plan, plan
 
 
 def margins(plan: Plan) -> dict[str, Any]:
@@ -64,6 +64,14 @@ def remedies(plan: Plan) -> list[str]:
         "collision": ["move the obstacle or base.position, or lower clearance in the cell"],
         "limit": ["move base.position or mount the motor another way (tool.axis)"],
     }[offence.kind]
+
+
+def with_unwinding(tried: Plan) -> dict[str, Any] | None:
+    """What letting axis 6 turn back would make of a plan that stops at its limit; None where it stops elsewhere."""
+    if tried.offence is None or tried.offence.joint != "A6" or tried.unwindings:
+        return None
+    other = plan(tried.scenario, tried.cell, unwind=True)
+    return {"feasible": other.feasible, "unwindings": len(other.unwindings), "duration_s": other.duration}
 
 
 def report(plan: Plan) -> dict[str, Any]:

@@ -1,1 +1,29 @@
-"""Runs: what one is, wherever it came from, and how it is judged, measured, compared, read and written."""
+"""What a run is, simulated or measured: its trajectory, gain and verdict, and how far two runs agree."""
+
+from helimag.outcomes import End, Reason, Verdict
+from helimag.runs import measurement
+from helimag.runs.comparison import Comparison, compare
+from helimag.runs.gain import Heights, Judgement, gain_until, judge
+from helimag.runs.imported import import_track
+from helimag.runs.smoothing import smooth
+from helimag.runs.tables import Columns, read_table
+from helimag.runs.trajectory import Trajectory, versions
+
+__all__ = [
+    "Columns",
+    "Comparison",
+    "End",
+    "Heights",
+    "Judgement",
+    "Reason",
+    "Trajectory",
+    "Verdict",
+    "compare",
+    "gain_until",
+    "import_track",
+    "judge",
+    "measurement",
+    "read_table",
+    "smooth",
+    "versions",
+]

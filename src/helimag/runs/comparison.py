@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.geometry import turn
 from helimag.runs.measurement import NORMAL_95, Measured, gain, output
 from helimag.runs.trajectory import Trajectory
 
@@ -136,7 +137,7 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
             f"{int(inside.sum())} samples with the simulated one"
         )
     time = time[inside]
-    turn = _about_z(yaw)
+    turned = turn(2, yaw)
     covariance = measured.dataset.get("position_covariance")
     spread = np.zeros((time.size, 3))
     if covariance is not None:
@@ -151,10 +152,10 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
         simulated=simulated,
         time=time,
         measured_position=_values(measured, "position")[inside],
-        simulated_position=_at(simulated, "position", time - shift) @ turn.T + move,
+        simulated_position=_at(simulated, "position", time - shift) @ turned.T + move,
         difference_sd=spread,
         simulated_time=_values(simulated, "time") + shift,
-        simulated_path=_values(simulated, "position") @ turn.T + move,
+        simulated_path=_values(simulated, "position") @ turned.T + move,
         measured_attack=_values(measured, "attack_angle")[inside] if "attack_angle" in measured.dataset else None,
         simulated_attack=_at(simulated, "attack_angle", time - shift) if "attack_angle" in simulated.dataset else None,
         attack_sd=attack_sd,
@@ -187,11 +188,6 @@ def _inside(time: Floats, simulated: Trajectory, shift: float) -> NDArray[np.boo
     return np.asarray((time - shift >= known[0] - slack) & (time - shift <= known[-1] + slack))
 
 
-def _about_z(angle: float) -> Floats:
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-
-
 def _alignment(measured: Trajectory, simulated: Trajectory, align: Alignment) -> tuple[float, float, Floats]:
     """Shift in time (s), turn about z (rad) and move (m) that take the simulated run to the measured one."""
     if align == "none":
@@ -222,7 +218,7 @@ def _moved(measured: Trajectory, simulated: Trajectory, shift: float, least: flo
     source = _at(simulated, "position", time[inside] - shift)
     one, two = source - source.mean(axis=0), target - target.mean(axis=0)
     angle = float(np.arctan2(np.sum(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]), np.sum(one[:, :2] * two[:, :2])))
-    turn = _about_z(angle)
-    move = target.mean(axis=0) - turn @ source.mean(axis=0)
-    rest = target - source @ turn.T - move
+    turned = turn(2, angle)
+    move = target.mean(axis=0) - turned @ source.mean(axis=0)
+    rest = target - source @ turned.T - move
     return float(np.sqrt(np.mean(np.sum(rest**2, axis=1)))), angle, move

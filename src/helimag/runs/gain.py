@@ -1,12 +1,12 @@
 """Input-output gain (paper, eqs 5-6) and the verdict on a run, simulated or measured alike."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.outcomes import End, Reason, Verdict
 
 Floats = NDArray[np.float64]
 
@@ -14,27 +14,6 @@ FALLEN = 0.5  # of the input: a head this far below its start and still sinking 
 SETTLED = 0.01  # of the input: how far the mean height of a settled run may still be expected to move
 STILL = 0.002  # of the input: a change between quarters too small to extrapolate
 PARTS = 20  # pieces that a run is cut into to see how its mean height develops
-
-
-class Verdict(StrEnum):
-    """What becomes of the device."""
-
-    BOUNDED = "bounded"
-    DRIFTING = "drifting"
-    ATTRACTED = "attracted"
-    FELL = "fell"
-    WALL_LIMITED = "wall-limited"
-
-
-class End(StrEnum):
-    """Why a run stopped."""
-
-    HORIZON = "horizon"
-    CONTACT = "contact"
-    FALL = "fall"
-    FLOOR = "floor"
-    SURFACE = "surface"
-    WALL = "wall"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,18 +36,23 @@ class Heights:
 
 @dataclass(frozen=True, kw_only=True)
 class Judgement:
-    """Gain and verdict of a run (SI, radians)."""
+    """Gain and verdict of a run (SI, radians): ``cause`` decides the verdict, ``reason`` says it with the numbers."""
 
     gain: float
     output: float
     input: float
-    verdict: Verdict
+    cause: Reason
     reason: str
     end_time: float
     escape_time: float | None
     slips: int
     wobble: float
     attack_angle: float
+
+    @property
+    def verdict(self) -> Verdict:
+        """What becomes of the device."""
+        return self.cause.verdict
 
 
 def judge(run: Heights) -> Judgement:
@@ -82,6 +66,21 @@ def judge(run: Heights) -> Judgement:
     ------
     InputError
         Where the run has no samples, holds values that are not finite, or starts level with the magnet.
+
+    Examples
+    --------
+    A head that sinks by 3 mm within the first minute, 150 mm below the magnet, and stays there:
+
+    >>> time = np.linspace(0.0, 600.0, 101)
+    >>> height = -0.003 * np.minimum(time / 60.0, 1.0)
+    >>> level = np.zeros_like(time)
+    >>> run = Heights(
+    ...     time=time, low=height, high=height, mean=height, attack=level, attack_square=level,
+    ...     slips=0, initial_gap=0.15, end=End.HORIZON,
+    ... )
+    >>> judgement = judge(run)
+    >>> round(judgement.gain, 6), str(judgement.verdict)
+    (0.02, 'bounded')
     """
     for name in ("time", "low", "high", "mean", "attack", "attack_square"):
         values = getattr(run, name)
@@ -90,7 +89,7 @@ def judge(run: Heights) -> Judgement:
     if not run.initial_gap > 0.0:
         raise InputError("the gain needs a device that starts at another height than the magnet")
     output = float(run.high.max() - run.low.min())
-    verdict, reason, escape_time = _verdict(run)
+    cause, reason, escape_time = _cause(run)
     late = run.time >= run.time[0] + (run.time[-1] - run.time[0]) / 2.0
     attack_angle = float(_time_mean(run, run.attack, late))
     variance = float(_time_mean(run, run.attack_square, late)) - attack_angle**2
@@ -98,7 +97,7 @@ def judge(run: Heights) -> Judgement:
         gain=output / run.initial_gap,
         output=output,
         input=run.initial_gap,
-        verdict=verdict,
+        cause=cause,
         reason=reason,
         end_time=float(run.time[-1]),
         escape_time=escape_time,
@@ -137,23 +136,17 @@ def _time_mean(run: Heights, values: Floats, where: NDArray[np.bool_]) -> float:
     return float(np.average(values[where], weights=spans[where]))
 
 
-def _verdict(run: Heights) -> tuple[Verdict, str, float | None]:
-    end_time = float(run.time[-1])
-    match run.end:
-        case End.CONTACT:
-            return Verdict.ATTRACTED, f"pulled into the magnet at {end_time:.1f} s", end_time
-        case End.FLOOR | End.SURFACE | End.WALL:
-            return Verdict.WALL_LIMITED, f"reached the {run.end.value} at {end_time:.1f} s", end_time
-    fallen_since = _fallen_since(run)
-    if fallen_since is not None:
-        drop = float(run.mean[0] - run.mean[-1])
-        share = drop / run.initial_gap
-        return (
-            Verdict.FELL,
-            f"fell behind at {fallen_since:.1f} s; at the end {1e3 * drop:.0f} mm down, {share:.2f} of the initial gap",
-            fallen_since,
-        )
-    return *_settled(run), None
+def _cause(run: Heights) -> tuple[Reason, str, float | None]:
+    """Why the run has its verdict, the same in words, and when the device was lost (s), if that is judged so."""
+    cause, end_time = run.end.cause, float(run.time[-1])
+    if cause is not None and cause is not Reason.FELL_BEHIND:
+        return cause, cause.text(time=end_time), end_time
+    since = _fallen_since(run)
+    if since is None:
+        return *_settled(run), None
+    drop = float(run.mean[0] - run.mean[-1])
+    cause = Reason.FELL_BEHIND
+    return cause, cause.text(since=since, drop=1e3 * drop, share=drop / run.initial_gap), since
 
 
 def _fallen_since(run: Heights) -> float | None:
@@ -184,14 +177,15 @@ def _growth(run: Heights) -> float:
     return float(ranges[1] - ranges[0]) if len(ranges) == 2 else 0.0
 
 
-def _settled(run: Heights) -> tuple[Verdict, str]:
+def _settled(run: Heights) -> tuple[Reason, str]:
     """Whether the mean height nears a limit: its changes between quarters shrink, and what is left of them is small.
 
     With changes that shrink by a constant ratio r, the rest after the last change is change * r / (1 - r) (Aitken).
     """
+    time = float(run.time[-1])
     if run.time.size <= PARTS:
-        few = f"inside for {run.time[-1]:.0f} s, but {run.time.size} samples are too few to tell whether it has settled"
-        return Verdict.DRIFTING, f"{few}: take {PARTS + 1} or more (run.interval)"
+        few = Reason.TOO_FEW_SAMPLES
+        return few, few.text(time=time, samples=run.time.size, needed=PARTS + 1)
     quarters = _part_means(run).reshape(4, -1)
     _, before, last = np.diff(quarters.mean(axis=1))
     ratio = last / before if before != 0.0 else 0.0
@@ -199,14 +193,10 @@ def _settled(run: Heights) -> tuple[Verdict, str]:
     if 0.0 <= ratio < 1.0:
         rest = min(rest, abs(last) * ratio / (1.0 - ratio))
     growth = _growth(run)
-    end = f"inside for {run.time[-1]:.0f} s"
     if growth > SETTLED * run.initial_gap:
-        return Verdict.DRIFTING, f"{end}, but the height swings ever more: {1e3 * growth:+.2f} mm in the last quarter"
+        return Reason.SWINGS_EVER_MORE, Reason.SWINGS_EVER_MORE.text(time=time, growth=1e3 * growth)
     if rest > SETTLED * run.initial_gap:
-        way = "rises" if last > 0.0 else "sinks"
+        moves = Reason.STILL_RISES if last > 0.0 else Reason.STILL_SINKS
         left = "" if np.isinf(rest) else f", {1e3 * rest:.2f} mm more by extrapolation"
-        return (
-            Verdict.DRIFTING,
-            f"{end}, but the mean height still {way}: {1e3 * last:+.2f} mm in the last quarter{left}",
-        )
-    return Verdict.BOUNDED, f"{end}; the mean height has settled: {1e3 * last:+.2f} mm in the last quarter"
+        return moves, moves.text(time=time, change=1e3 * last, left=left)
+    return Reason.SETTLED, Reason.SETTLED.text(time=time, change=1e3 * last)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from helimag.errors import FileError, InputError
 from helimag.files import replacing
-from helimag.runs.gain import End, Heights, Judgement, Verdict, judge
+from helimag.outcomes import End, Verdict
+from helimag.runs.gain import Heights, Judgement, judge
 
 if TYPE_CHECKING:
     import xarray
@@ -144,7 +145,7 @@ class Trajectory:
             attack_square=self._values("attack_mean_square", attack**2),
             slips=int(slips[-1]) if slips.size else 0,
             initial_gap=float(self.dataset.attrs["initial_gap"]),
-            end=End(self.dataset.attrs["end"]),
+            end=End.of(self.dataset.attrs["end"]),
         )
 
     @property

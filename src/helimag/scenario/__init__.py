@@ -4,40 +4,74 @@ Numbers are SI (angles in radians) once inside. In a file every physical value i
 number is taken as SI.
 """
 
+from helimag.scenario._body import Body
 from helimag.scenario._device import (
     CylinderHead,
     Device,
     Helix,
     Hydrodynamics,
+    Part,
     SphereHead,
     SpheroidHead,
     Weight,
 )
+from helimag.scenario._fields import (
+    Acceleration,
+    Angle,
+    AngularRate,
+    Frequency,
+    Length,
+    Quantity,
+    Size,
+    Time,
+)
 from helimag.scenario._files import load, parse, preset_names
 from helimag.scenario._path import Path
-from helimag.scenario._scenario import MARKS, Scenario
+from helimag.scenario._scenario import MARKS, Scenario, messages, validated
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Walls, Workspace
-from helimag.scenario.inputs import Input
+from helimag.scenario.inputs import Input, check_apart, scalar_inputs, varied
+from helimag.scenario.parameters import Parameters
+from helimag.scenario.priors import LogUniform, Normal, Prior, Uniform
 
 __all__ = [
     "MARKS",
+    "Acceleration",
+    "Angle",
+    "AngularRate",
+    "Body",
     "CylinderHead",
     "Device",
     "Drive",
     "Fluid",
+    "Frequency",
     "Helix",
     "Hydrodynamics",
     "Input",
+    "Length",
+    "LogUniform",
     "Magnet",
+    "Normal",
+    "Parameters",
+    "Part",
     "Path",
+    "Prior",
+    "Quantity",
     "Run",
     "Scenario",
+    "Size",
     "SphereHead",
     "SpheroidHead",
+    "Time",
+    "Uniform",
     "Walls",
     "Weight",
     "Workspace",
+    "check_apart",
     "load",
+    "messages",
     "parse",
     "preset_names",
+    "scalar_inputs",
+    "validated",
+    "varied",
 ]

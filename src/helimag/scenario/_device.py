@@ -3,15 +3,13 @@
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from helimag import quantities as q
 from helimag.errors import InputError
+from helimag.scenario._body import Body
 from helimag.scenario._fields import Density, Force, Length, Moment, Size
-
-
-class Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+from helimag.scenario._fields import Part as Part
 
 
 class Helix(Part):
@@ -128,29 +126,33 @@ class Weight(Part):
             return None
         return self.net_weight, self.gravity_center
 
-    @property
-    def densities(self) -> tuple[float, float] | None:
-        """Densities of helix and head (kg/m^3), or None where the net weight is given instead."""
-        if self.helix_density is None or self.head_density is None:
-            return None
-        return self.helix_density, self.head_density
-
-    @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
+    def check(self, parts: set[str]) -> None:
+        """Refuse where this is neither the net weight with its place, nor a density for each of the named parts."""
         present = {name for name in type(self).model_fields if getattr(self, name) is not None}
-        if present not in ({"net_weight", "gravity_center"}, {"helix_density", "head_density"}):
+        densities = {f"{part}_density" for part in parts}
+        if present != {"net_weight", "gravity_center"} and (present != densities or not parts):
+            either = "either " if parts else ""
+            choice = f", or {' and '.join(sorted(densities, reverse=True))}" if parts else ""
             got = ", ".join(sorted(present)) or "nothing"
-            raise InputError(
-                f"needs either net_weight and gravity_center, or helix_density and head_density; got {got}"
-            )
-        return self
+            raise InputError(f".weight needs {either}net_weight and gravity_center{choice}; got {got}")
 
 
 class Hydrodynamics(Part):
     """Which 6x6 resistance the device has."""
 
-    model: Literal["lighthill", "gray-hancock", "matrix"] = "lighthill"
+    model: Literal["lighthill", "gray-hancock", "boundary", "matrix"] = "lighthill"
     resistance: tuple[tuple[float, ...], ...] | None = None
+    tolerance: float | None = None  # relative, of the boundary model; 0.01 where not given
+
+    @model_validator(mode="after")
+    def _tolerance_fits(self) -> Self:
+        if self.tolerance is None:
+            return self
+        if self.model != "boundary":
+            raise InputError('.tolerance goes with model = "boundary" only')
+        if not 0.0 < self.tolerance < 1.0:
+            raise InputError(f".tolerance must be between 0 and 1; got {self.tolerance}")
+        return self
 
     @model_validator(mode="after")
     def _matrix_given(self) -> Self:
@@ -165,10 +167,62 @@ class Hydrodynamics(Part):
 
 
 class Device(Part):
-    """The untethered helical magnetic device."""
+    """The untethered helical magnetic device: a helix, a head or both, or a body of any shape instead.
+
+    The origin of its frame is the head's centre; without head the front end of the helix, with a body as the body says.
+    """
 
     magnetic_moment: Moment
-    helix: Helix
-    head: Head
+    helix: Helix | None = None
+    head: Head | None = None
+    body: Body | None = None
     weight: Weight
     hydrodynamics: Hydrodynamics = Hydrodynamics()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        parts = {name for name in ("helix", "head") if getattr(self, name) is not None}
+        if bool(parts) == (self.body is not None):
+            raise InputError("needs either a body, or a helix, a head or both")
+        if self.hydrodynamics.model in {"lighthill", "gray-hancock"} and self.helix is None:
+            raise InputError(
+                f'.hydrodynamics.model = "{self.hydrodynamics.model}" needs a helix; use "boundary" or "matrix"'
+            )
+        self.weight.check(parts)
+        return self
+
+    @property
+    def helix_start(self) -> float:
+        """How far behind the origin the helix begins (m)."""
+        return 0.0 if self.head is None else self.head.reach
+
+    @property
+    def front(self) -> float:
+        """Place of the front end along x (m)."""
+        return self.helix_start if self.body is None else self.body.front
+
+    @property
+    def tail_length(self) -> float:
+        """From the origin back to the rear end (m)."""
+        if self.body is not None:
+            return -self.body.rear
+        return self.helix_start + (0.0 if self.helix is None else self.helix.length)
+
+    @property
+    def length(self) -> float:
+        """From end to end (m)."""
+        return self.front + self.tail_length
+
+    @property
+    def tail_radius(self) -> float:
+        """Radius about the long axis at the rear end (m)."""
+        if self.helix is not None:
+            return self.helix.outer_diameter / 2.0
+        return self.head_radius
+
+    @property
+    def head_radius(self) -> float:
+        """Radius about the long axis at the origin (m)."""
+        if self.head is not None:
+            return self.head.radius
+        return self.tail_radius if self.body is None else self.body.radius

@@ -4,11 +4,17 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from helimag import quantities as q
 from helimag.errors import InputError
+
+
+class Part(BaseModel):
+    """A part of a scenario: frozen, and without keys it does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 @dataclass(frozen=True)
@@ -23,7 +29,11 @@ class Quantity:
 
     def read(self, value: object, info: ValidationInfo) -> float:
         """SI value of text with a unit, or of a number given from Python."""
-        number = self._number(value, in_file=bool(info.context and info.context.get("file")))
+        return self.checked(value, in_file=bool(info.context and info.context.get("file")))
+
+    def checked(self, value: object, *, in_file: bool = False) -> float:
+        """SI value, whose sign is as wanted."""
+        number = self._number(value, in_file=in_file)
         if (self.sign == "positive" and number <= 0.0) or (self.sign == "not negative" and number < 0.0):
             raise InputError(f"must be {self.sign}; got '{q.show(number, self.kind)}'")
         return number
@@ -65,6 +75,7 @@ Speed = Annotated[float, Quantity(q.VELOCITY, "positive")]
 Time = Annotated[float, Quantity(q.TIME, "positive")]
 Force = Annotated[float, Quantity(q.FORCE)]
 Moment = Annotated[float, Quantity(q.MOMENT, "positive")]
+Remanence = Annotated[float, Quantity(q.REMANENCE, "positive")]
 Viscosity = Annotated[float, Quantity(q.VISCOSITY, "positive")]
 Density = Annotated[float, Quantity(q.DENSITY, "not negative")]
 LengthRange = tuple[Length, Length]

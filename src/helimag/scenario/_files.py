@@ -9,8 +9,8 @@ from helimag.files import toml_tables
 from helimag.scenario._scenario import Scenario, validated
 
 
-def parse(text: str, source: str = "scenario") -> Scenario:
-    """Read a scenario from TOML text; ``source`` names it in messages.
+def parse(text: str, source: str = "scenario", *, folder: Path | None = None) -> Scenario:
+    """Read a scenario from TOML text; ``source`` names it in messages, ``folder`` is where its files lie.
 
     Raises
     ------
@@ -18,10 +18,20 @@ def parse(text: str, source: str = "scenario") -> Scenario:
         Where the text is not TOML or not a scenario.
     """
     data = toml_tables(text, source)
+    if folder is not None:
+        _place_files(data, folder)
     try:
         return validated(data, in_file=True)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
+
+
+def _place_files(data: dict[str, Any], folder: Path) -> None:
+    """Let the name of a body's file, which counts from the scenario's folder, count from the working folder."""
+    device = data.get("device")
+    body = device.get("body") if isinstance(device, dict) else None
+    if isinstance(body, dict) and isinstance(body.get("file"), str):
+        body["file"] = str(folder / body["file"])
 
 
 def _preset_folder() -> Any:
@@ -29,7 +39,14 @@ def _preset_folder() -> Any:
 
 
 def preset_names() -> list[str]:
-    """Names of the presets, such as ``paper/fig3c``."""
+    """Names of the presets, such as ``paper/fig3c``.
+
+    Examples
+    --------
+    >>> import helimag as hm
+    >>> hm.preset_names()[:3]
+    ['paper/fig3a', 'paper/fig3b', 'paper/fig3c']
+    """
     folders = (folder for folder in _preset_folder().iterdir() if folder.is_dir())
     return sorted(
         f"{folder.name}/{file.name.removesuffix('.toml')}"
@@ -53,6 +70,15 @@ def load(scenario: str | Path) -> Scenario:
         Where there is no such preset and no such readable file.
     InputError
         Where the file is not a scenario.
+
+    Examples
+    --------
+    >>> import helimag as hm
+    >>> scenario = hm.load("paper/fig3c")
+    >>> scenario.drive.frequency  # Hz
+    3.3
+    >>> scenario.provenance["device.weight.net_weight"].partition(":")[0]
+    'fitted'
     """
     if str(scenario) in preset_names():
         return parse((_preset_folder() / f"{scenario}.toml").read_text(encoding="utf-8"), str(scenario))
@@ -67,4 +93,4 @@ def load(scenario: str | Path) -> Scenario:
         raise InputError(f"{path} is not a text file") from None
     except (OSError, ValueError) as error:
         raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    return parse(text, str(path))
+    return parse(text, str(path), folder=path.parent)

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.scenario._device import Device, Part
+from helimag.scenario._leaves import leaf, nowhere
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Workspace
 
 MARKS = ("published", "fitted", "assumed", "measured")
@@ -58,28 +59,69 @@ class Scenario(Part):
     @property
     def contact_distance(self) -> float:
         """Distance between the centres of head and magnet at which the device is taken to touch (m)."""
-        return max(magnet.reach for magnet in self.magnet) + self.device.head.radius
+        return max(magnet.reach for magnet in self.magnet) + self.device.head_radius
 
     @property
     def hash(self) -> str:
-        """SHA-256 of all that decides the run; names and provenance do not."""
-        decisive = self.model_dump(mode="python", exclude={"name", "provenance"}, exclude_none=True)
+        """SHA-256 of all that decides the run; names, provenance and uncertainties do not."""
+        idle: Any = {"name": True, "provenance": True, "magnet": {"__all__": {"moment_uncertainty"}}}
+        decisive = self.model_dump(mode="python", exclude=idle, exclude_none=True)
         return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
 
     def replaced(self, changes: Mapping[str, object]) -> "Scenario":
         """Copy with fields changed, each named by its dotted path, such as ``{"drive.pitch": "15 deg"}``.
 
+        A component of a vector is named too (``drive.start.y``, ``workspace.walls.x.low``), and one of several magnets
+        by its index (``magnet.1.moment``); a single magnet has none.
+
         Raises
         ------
         InputError
             Where a path does not exist or a value does not fit.
+
+        Examples
+        --------
+        >>> import helimag as hm
+        >>> slower = hm.load("paper/fig3c").replaced({"drive.pitch": "15 deg", "drive.frequency": 2.5})
+        >>> round(slower.drive.pitch, 4)  # rad
+        0.2618
+        >>> hm.load("paper/fig3c").replaced({"drive.pitch": "15"})
+        Traceback (most recent call last):
+        helimag.errors.InputError: drive.pitch must be an angle such as '12.7 deg'; got '15', which has no unit
         """
         data = self.model_dump(mode="python")
         marks = data["provenance"].items()
         data["provenance"] = {key: mark for key, mark in marks if not any(_overlap(key, path) for path in changes)}
         for path, value in changes.items():
-            _assign(data, path, value)
+            self._assign(data, path, value)
         return validated(data, in_file=False)
+
+    def _assign(self, data: dict[str, Any], path: str, value: object) -> None:
+        """Set the entry of the scenario's own nested data that a dotted path names."""
+        at: Any = data
+        steps = path.split(".")
+        for depth, step in enumerate(steps):
+            key = self._key(at, steps, depth)
+            if depth == len(steps) - 1:
+                at[key] = value
+                return
+            if isinstance(at[key], (list, tuple)):
+                at[key] = list(at[key])
+            at = at[key]
+            if step == "magnet" and len(at) == 1:
+                at = at[0]
+
+    def _key(self, at: Any, steps: Sequence[str], depth: int) -> str | int:
+        """Key or index of a step of a path within the data that it has led to."""
+        path, step, parent = ".".join(steps), steps[depth], ".".join(steps[:depth])
+        if isinstance(at, dict) and step in at:
+            return step
+        if isinstance(at, list):
+            names = tuple(str(i) for i in range(len(at))) if parent == "magnet" else leaf(self, parent).components
+            if step in names:
+                return names.index(step)
+            raise nowhere(path, depth, names)
+        raise nowhere(path, depth, tuple(at) if isinstance(at, dict) else (), given=at is not None)
 
     def to_toml(self) -> str:
         """The scenario as a file's text, in which every value carries its unit."""
@@ -94,31 +136,18 @@ class Scenario(Part):
 def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _without_none(item) for key, item in value.items() if item is not None}
+    if isinstance(value, list):
+        return [_without_none(item) for item in value]
     return value
 
 
 def _overlap(one: str, other: str) -> bool:
-    """Whether one of two dotted paths lies within the other, so that a mark on the one speaks of the other."""
-    return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
+    """Whether one of two dotted paths lies within the other, so that a mark on the one speaks of the other.
 
-
-def _assign(data: dict[str, Any], path: str, value: object) -> None:
-    """Set the entry of nested dictionaries that a dotted path names; a single magnet needs no index."""
-    at: Any = data
-    steps = path.split(".")
-    for depth, step in enumerate(steps):
-        if isinstance(at, (list, tuple)):
-            raise InputError(f"'{path}' is not a field; set {'.'.join(steps[:depth])} as a whole")
-        if not isinstance(at, dict) or step not in at:
-            known = ", ".join(at) if isinstance(at, dict) else "nothing below it"
-            raise InputError(f"'{path}' is not a field of a scenario; {'.'.join(steps[:depth]) or 'it'} has {known}")
-        if depth == len(steps) - 1:
-            at[step] = value
-        elif step == "magnet" and len(at[step]) == 1:
-            at[step] = list(at[step])
-            at = at[step][0]
-        else:
-            at = at[step]
+    A mark on ``magnet.moment`` speaks of every magnet's.
+    """
+    one, other = (".".join(step for step in path.split(".") if not step.isdigit()) + "." for path in (one, other))
+    return one.startswith(other) or other.startswith(one)
 
 
 def messages(error: ValidationError) -> Iterator[str]:
@@ -126,7 +155,7 @@ def messages(error: ValidationError) -> Iterator[str]:
     for problem in error.errors():
         steps = [str(step) for step in problem["loc"]]
         kept = [step for i, step in enumerate(steps) if not (step in {"sphere", "spheroid", "cylinder"} and i == 2)]
-        where = ".".join(kept).replace("magnet.0.", "magnet.")
+        where = ".".join([*kept, ""]).replace("magnet.0.", "magnet.").removesuffix(".")
         text = problem["msg"].removeprefix("Value error, ")
         match problem["type"]:
             case "missing":

@@ -16,12 +16,14 @@ from helimag.scenario._fields import (
     Length,
     LengthRange,
     Moment,
+    Remanence,
     Size,
     Time,
     Velocity,
     Viscosity,
 )
 from helimag.scenario._path import Path
+from helimag.scenario._remanence import REMANENCE, cylinder_moment
 
 
 class Fluid(Part):
@@ -32,13 +34,52 @@ class Fluid(Part):
 
 
 class Magnet(Part):
-    """One magnet on the arm; its size sets where the device touches it, and its field if that is the cylinder's."""
+    """One magnet on the arm; its size sets where the device touches it, and its field if that is the cylinder's.
 
-    moment: Moment
+    Its strength is given as a moment, or as a grade of NdFeB or a remanence: the moment follows with its size.
+    All magnets turn as one about parallel axes; ``phase`` is what a magnet's moment is ahead of the spin.
+    """
+
+    moment: Moment | None = None
+    grade: Literal["N35", "N38", "N40", "N42", "N45", "N48", "N50", "N52"] | None = None
+    remanence: Remanence | None = None
+    moment_uncertainty: Moment | None = None  # half the range; that of a grade follows from it
     radius: Size
     height: Size
     field: Literal["dipole", "cylinder"] = "dipole"
     offset: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    phase: Angle | None = None
+
+    @model_validator(mode="after")
+    def _one_strength(self) -> Self:
+        given = [name for name in ("moment", "grade", "remanence") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise InputError(f"needs one of moment, grade and remanence; got {' and '.join(given) or 'none of them'}")
+        if self.grade is not None and self.moment_uncertainty is not None:
+            raise InputError(".moment_uncertainty follows from the grade; leave it out")
+        return self
+
+    @property
+    def dipole_moment(self) -> float:
+        """Moment (A m^2): as given, or of the middle of the grade's range of remanence."""
+        if self.moment is not None:
+            return self.moment
+        low, high = self._remanences
+        return cylinder_moment((low + high) / 2.0, self.radius, self.height)
+
+    @property
+    def dipole_moment_uncertainty(self) -> float | None:
+        """Half the range in which the moment lies (A m^2); None where nothing is said of it."""
+        if self.grade is None:
+            return self.moment_uncertainty
+        low, high = self._remanences
+        return cylinder_moment((high - low) / 2.0, self.radius, self.height)
+
+    @property
+    def _remanences(self) -> tuple[float, float]:
+        if self.grade is not None:
+            return REMANENCE[self.grade]
+        return (self.remanence or 0.0,) * 2
 
     @property
     def reach(self) -> float:
@@ -67,6 +108,13 @@ class Drive(Part):
         if not abs(self.pitch) < math.pi / 2.0:
             raise InputError(f".pitch must be between -90 deg and 90 deg; got '{q.show(self.pitch, q.ANGLE)}'")
         return self
+
+    @property
+    def angles(self) -> tuple[float, float]:
+        """Yaw and pitch of the RPM's rotation axis at t = 0 (rad)."""
+        if self.path is None:
+            return 0.0, self.pitch
+        return next(iter(self.path.yaw), 0.0), next(iter(self.path.pitch), self.pitch)
 
 
 class Walls(Part):

@@ -1,11 +1,10 @@
 """Sweeps: many runs by plan, a store that survives interruption, threads or a cluster, a verdict's boundary."""
 
 from helimag.sweeps.boundary import BoundaryLine, boundary_line
-from helimag.sweeps.compute import Outcome, Reason
-from helimag.sweeps.design import Design, resolve
 from helimag.sweeps.export import axis_names, counts, export, load_sweep
 from helimag.sweeps.nodes import Nodes, nodes_of
 from helimag.sweeps.plan import Axis, Boundary, Plan, Sampling, load_plan, parse_plan
+from helimag.sweeps.resolved import ResolvedAxis, ResolvedPlan, resolve
 from helimag.sweeps.run import Progress, sweep
 from helimag.sweeps.trial import Estimate, estimate
 
@@ -13,13 +12,12 @@ __all__ = [
     "Axis",
     "Boundary",
     "BoundaryLine",
-    "Design",
     "Estimate",
     "Nodes",
-    "Outcome",
     "Plan",
     "Progress",
-    "Reason",
+    "ResolvedAxis",
+    "ResolvedPlan",
     "Sampling",
     "axis_names",
     "boundary_line",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.sweeps.compute import Outcome
+from helimag.outcomes import Verdict
 
 if TYPE_CHECKING:
     import xarray
@@ -120,7 +120,7 @@ def boundary_line(dataset: "xarray.Dataset", verdict: str = "bounded") -> Bounda
     names, points, flags = flat_points(dataset)
     spans = np.ptp(points, axis=0)
     first, second = _edges(points / spans).T
-    inside = flags == Outcome[verdict.upper().replace("-", "_")]
+    inside = flags == Verdict.of(verdict)
     crossing = inside[first] != inside[second]
     extent = np.abs(points[first] - points[second])
     return BoundaryLine(
@@ -147,5 +147,5 @@ def flat_points(dataset: "xarray.Dataset") -> tuple[tuple[str, str], Floats, NDA
         raise InputError(f"a boundary is drawn over two axes; this sweep has {', '.join(names)}")
     columns: list[Any] = [dataset[name].broadcast_like(dataset["verdict"]).values.ravel() for name in names]
     flags = dataset["verdict"].values.ravel()
-    known = flags != Outcome.NOT_COMPUTED
+    known = flags != Verdict.NOT_COMPUTED
     return (names[0], names[1]), np.stack(columns, axis=1)[known].astype(float), flags[known]

@@ -1,49 +1,18 @@
 """The runs of one chunk: scenarios in, arrays out. What every engine calls, here or on another machine."""
 
 from collections.abc import Callable, Sequence
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.simulation import History, advance
+from helimag.engine import History, advance
 from helimag.errors import InputError
-from helimag.runs.gain import End, Judgement, Verdict
+from helimag.outcomes import End, Reason
 from helimag.scenario import Scenario
 
 Rows = dict[str, NDArray[np.generic]]
 
 HASH_BYTES = 32
-
-
-class Outcome(IntEnum):
-    """A run's verdict as a CF flag; also what has no verdict."""
-
-    NOT_COMPUTED = 0
-    BOUNDED = 1
-    DRIFTING = 2
-    ATTRACTED = 3
-    FELL = 4
-    WALL_LIMITED = 5
-    FAILED = 6
-
-
-class Reason(IntEnum):
-    """Why, as a CF flag."""
-
-    NOT_COMPUTED = 0
-    SETTLED = 1
-    STILL_RISES = 2
-    STILL_SINKS = 3
-    SWINGS_EVER_MORE = 4
-    PULLED_INTO_MAGNET = 5
-    FELL_BEHIND = 6
-    REACHED_FLOOR = 7
-    REACHED_SURFACE = 8
-    REACHED_WALL = 9
-    NUMBERS_BROKE_DOWN = 10
-    SCENARIO_REFUSED = 11
-
 
 # name: unit, meaning; one number a run
 SCALARS: dict[str, tuple[str, str]] = {
@@ -57,17 +26,6 @@ SCALARS: dict[str, tuple[str, str]] = {
     "attack_angle": ("rad", "mean attack angle over the second half of the run"),
     "height_change": ("m", "mean height at the end of the run less that at its start"),
 }
-ENDS = {
-    End.CONTACT: Reason.PULLED_INTO_MAGNET,
-    End.FLOOR: Reason.REACHED_FLOOR,
-    End.SURFACE: Reason.REACHED_SURFACE,
-    End.WALL: Reason.REACHED_WALL,
-}
-
-
-def label(flag: IntEnum) -> str:
-    """A flag's word, as verdicts are written everywhere: ``wall-limited``."""
-    return flag.name.lower().replace("_", "-")
 
 
 def empty_rows(count: int, sample_times: NDArray[np.float64] | None = None) -> Rows:
@@ -98,11 +56,10 @@ def compute(
     sample_times
         (times,): when to keep the state (s), where trajectories are kept.
     threads, progress
-        As for :func:`helimag.engine.simulation.advance`.
+        As for :func:`helimag.engine.advance`.
     """
     rows = empty_rows(len(scenarios), sample_times)
-    rows["verdict"][:] = Outcome.FAILED
-    rows["reason"][:] = Reason.SCENARIO_REFUSED
+    _say(rows, slice(None), Reason.SCENARIO_REFUSED)
     valid = [(i, scenario) for i, scenario in enumerate(scenarios) if scenario is not None]
     for model in sorted({scenario.magnet[0].field for _, scenario in valid}):
         batch = [(i, scenario) for i, scenario in valid if scenario.magnet[0].field == model]
@@ -121,8 +78,8 @@ def _fill(rows: Rows, run: int, history: History) -> None:
             count -= 1  # the last sample is that of the end, between two of the times that are kept
         rows["position"][run, :count] = history.states[:count, :3]
         rows["quaternion"][run, :count] = history.states[:count, 3:]
-    if history.status.name == "NOT_FINITE":
-        rows["reason"][run] = Reason.NUMBERS_BROKE_DOWN
+    if history.status is End.NOT_FINITE:
+        _say(rows, run, Reason.NUMBERS_BROKE_DOWN)
         rows["end_time"][run] = history.time[-1]
         return
     try:
@@ -135,27 +92,16 @@ def _fill(rows: Rows, run: int, history: History) -> None:
             rows[name][run] = np.nan if value is None else value
     heights = history.heights
     rows["height_change"][run] = heights.mean[-1] - heights.mean[0]
-    rows["verdict"][run] = Outcome[judgement.verdict.name]
-    rows["reason"][run] = _reason(judgement, heights.end)
+    _say(rows, run, judgement.cause)
+
+
+def _say(rows: Rows, where: int | slice, cause: Reason) -> None:
+    """Write the verdict and its reason into rows."""
+    rows["verdict"][where] = cause.verdict.flag
+    rows["reason"][where] = cause.flag
 
 
 def _due(history: History, sample: int) -> float:
     """When a sample was due (s); the last one of a run that ended early comes before."""
     run = history.scenario.run
     return float(min(sample * run.sample_interval, run.duration))
-
-
-def _reason(judgement: Judgement, end: End) -> Reason:
-    match judgement.verdict:
-        case Verdict.BOUNDED:
-            return Reason.SETTLED
-        case Verdict.FELL:
-            return Reason.FELL_BEHIND
-        case Verdict.DRIFTING if "still rises" in judgement.reason:
-            return Reason.STILL_RISES
-        case Verdict.DRIFTING if "still sinks" in judgement.reason:
-            return Reason.STILL_SINKS
-        case Verdict.DRIFTING:
-            return Reason.SWINGS_EVER_MORE
-        case _:
-            return ENDS[end]

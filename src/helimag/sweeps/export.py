@@ -10,7 +10,8 @@ import numpy as np
 
 from helimag.errors import FileError, InputError
 from helimag.files import replacing
-from helimag.sweeps.compute import SCALARS, Outcome, Reason, label
+from helimag.outcomes import Reason, Verdict
+from helimag.sweeps.compute import SCALARS
 from helimag.sweeps.plan import parse_plan
 from helimag.sweeps.store import CHECKSUM, attributes_of, checksum
 
@@ -93,7 +94,7 @@ def axis_names(dataset: "xarray.Dataset") -> list[str]:
 def counts(dataset: "xarray.Dataset") -> dict[str, int]:
     """How many runs of each verdict, what failed and what is missing included."""
     found = Counter(dataset["verdict"].values.ravel().tolist())
-    return {label(outcome): found[outcome] for outcome in Outcome if found[outcome]}
+    return {str(verdict): found[verdict.flag] for verdict in Verdict if found[verdict.flag]}
 
 
 def export(dataset: "xarray.Dataset", path: str | Path) -> None:
@@ -131,9 +132,9 @@ def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([*(f"{name} ({units[name]})" for name in columns), "verdict", "reason", "scenario_hash"])
-        for i in np.flatnonzero(flags != Outcome.NOT_COMPUTED):
+        for i in np.flatnonzero(flags != Verdict.NOT_COMPUTED):
             cells = [words[name][values[i]] if name in words else _cell(values[i]) for name, values in columns.items()]
-            found = [label(Outcome(flags[i])), label(Reason(reasons[i])), hashes[i].tobytes().hex()]
+            found = [str(Verdict.of(flags[i])), str(Reason.of(reasons[i])), hashes[i].tobytes().hex()]
             writer.writerow([*cells, *found])
 
 

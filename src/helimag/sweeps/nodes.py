@@ -8,15 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.outcomes import Verdict
 from helimag.scenario import Scenario, parse
-from helimag.sweeps.compute import Outcome, label
-from helimag.sweeps.design import ResolvedAxis, resolve
 from helimag.sweeps.plan import parse_plan
+from helimag.sweeps.resolved import ResolvedAxis, resolve
 
 if TYPE_CHECKING:
     import xarray
-
-RUN = (Outcome.BOUNDED, Outcome.DRIFTING, Outcome.ATTRACTED, Outcome.FELL, Outcome.WALL_LIMITED)
 
 
 @dataclass(frozen=True)
@@ -72,6 +70,6 @@ def nodes_of(dataset: "xarray.Dataset") -> Nodes:
         except InputError:
             return None
 
-    names = {int(outcome): label(outcome) if outcome in RUN else "" for outcome in Outcome}
+    names = {verdict.flag: str(verdict) if verdict.judged else "" for verdict in Verdict}
     verdicts = np.vectorize(names.__getitem__, otypes=[str])(flags)
     return Nodes(base, design.axes, tuple(design.shape), verdicts, scenario_at, values_at)

@@ -1,14 +1,14 @@
 """Plans: which runs a sweep makes, as frozen models that read and write TOML."""
 
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from helimag.errors import FileError, InputError
 from helimag.files import toml_tables
-from helimag.scenario import Scenario, preset_names
-from helimag.scenario._fields import Time
+from helimag.outcomes import Verdict
+from helimag.scenario import Scenario, Time, preset_names
 
 
 class _Part(BaseModel):
@@ -20,7 +20,7 @@ class Axis(_Part):
 
     A list (``values``), a range (``start``, ``stop``, ``step``), a grid (``start``, ``stop``, ``count``), or, where the
     plan samples, bounds only (``start``, ``stop``). Axes with the same ``zip`` name move together; all others are
-    crossed. ``drive.speed`` is the length of ``drive.velocity``, whose direction stays (x where it is zero).
+    crossed. Fields are the paths of :class:`helimag.scenario.Input`, or of a choice, whose words are given as a list.
     """
 
     field: str
@@ -61,6 +61,14 @@ class Sampling(_Part):
     seed: int = Field(default=0, ge=0)
 
 
+def _judged(word: str) -> str:
+    """The word of a verdict that runs can be judged to have."""
+    words = [verdict for verdict in Verdict if verdict.judged]
+    if word not in words:
+        raise InputError(f"must be one of {', '.join(words)}; got {word!r}")
+    return word
+
+
 class Boundary(_Part):
     """Spend runs where the verdict changes, over two axes that give a coarse grid to begin with.
 
@@ -69,7 +77,7 @@ class Boundary(_Part):
     """
 
     budget: int = Field(ge=16)
-    verdict: Literal["bounded", "drifting", "attracted", "fell", "wall-limited"] = "bounded"
+    verdict: Annotated[str, AfterValidator(_judged)] = "bounded"
     resolution: float = Field(default=0.01, gt=0.0, lt=1.0)
 
 

@@ -8,24 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.outcomes import Verdict
 from helimag.scenario import Scenario
 from helimag.sweeps.boundary import ROUND, Seen, next_points, start_points
-from helimag.sweeps.compute import Outcome, Rows
-from helimag.sweeps.design import Design, Value
+from helimag.sweeps.compute import Rows
 from helimag.sweeps.engines import Job
 from helimag.sweeps.plan import Boundary
+from helimag.sweeps.resolved import ResolvedPlan, Value
 from helimag.sweeps.store import Store
 
 
-def planned(design: Design, store: Store) -> Iterator[tuple[list[Job], dict[int, Rows]]]:
+def planned(design: ResolvedPlan, store: Store) -> Iterator[tuple[list[Job], dict[int, Rows]]]:
     """All chunks that are not in the store, at once."""
     left = [chunk for chunk in range(len(design.chunks)) if chunk not in store.done]
     yield [(chunk, partial(_scenarios_of, design, chunk)) for chunk in left], {}
 
 
-def chosen(design: Design, store: Store, wanted: Boundary) -> Iterator[tuple[list[Job], dict[int, Rows]]]:
+def chosen(design: ResolvedPlan, store: Store, wanted: Boundary) -> Iterator[tuple[list[Job], dict[int, Rows]]]:
     """Round after round of points near the change of verdict; what is stored already decides as if it had just come."""
-    low, high = (np.array([axis.bounds[i] for axis in design.axes if axis.bounds]) for i in (0, 1))
     unit = start_points((design.plan.axis[0].count or 2, design.plan.axis[1].count or 2), wanted.budget)
     size = design.chunk_shape[0]
     while True:
@@ -35,7 +35,7 @@ def chosen(design: Design, store: Store, wanted: Boundary) -> Iterator[tuple[lis
         for chunk in chunks:
             if chunk in store.done:
                 continue
-            part = low + (high - low) * unit[design.block(chunk)[0]]
+            part = design.parameters.from_unit(unit[design.block(chunk)[0]])
             lost = design.extent(chunk)[0] - len(part)  # the last round may end within a chunk
             filled = np.concatenate([part, np.full((lost, 2), np.nan)])
             columns[chunk] = {axis.name: filled[:, i] for i, axis in enumerate(design.axes)}
@@ -54,7 +54,7 @@ def chosen(design: Design, store: Store, wanted: Boundary) -> Iterator[tuple[lis
         unit = np.concatenate([unit, new])
 
 
-def _seen(design: Design, store: Store, wanted: Boundary, unit: NDArray[np.float64]) -> Seen:
+def _seen(design: ResolvedPlan, store: Store, wanted: Boundary, unit: NDArray[np.float64]) -> Seen:
     """Results at the points run so far."""
     chunks = range(math.ceil(len(unit) / design.chunk_shape[0]))
     names = ("verdict", "height_change", "escape_time", "end_time")
@@ -63,17 +63,17 @@ def _seen(design: Design, store: Store, wanted: Boundary, unit: NDArray[np.float
     held = np.where(np.isnan(lost), 1.0, lost / design.base.run.duration)
     return Seen(
         points=unit,
-        inside=np.asarray(found["verdict"] == Outcome[wanted.verdict.upper().replace("-", "_")]),
+        inside=np.asarray(found["verdict"] == Verdict.of(wanted.verdict)),
         rises=np.asarray(found["height_change"] > 0.0),
         held=held,
     )
 
 
-def _scenarios_of(design: Design, chunk: int) -> list[Scenario | None]:
+def _scenarios_of(design: ResolvedPlan, chunk: int) -> list[Scenario | None]:
     return scenarios(design, list(design.points(chunk)))
 
 
-def scenarios(design: Design, points: Sequence[dict[str, Value]]) -> list[Scenario | None]:
+def scenarios(design: ResolvedPlan, points: Sequence[dict[str, Value]]) -> list[Scenario | None]:
     """One scenario a point; None where the values make no valid one."""
     made: list[Scenario | None] = []
     for values in points:
@@ -84,11 +84,12 @@ def scenarios(design: Design, points: Sequence[dict[str, Value]]) -> list[Scenar
     return made
 
 
-def check_first(design: Design) -> None:
+def check_first(design: ResolvedPlan) -> None:
     """Raise InputError where no point of the first and last chunk makes a scenario: then the plan is wrong."""
     if design.plan.boundary is not None:
+        bounds = (design.parameters.low, design.parameters.high)
         points: list[dict[str, Value]] = [
-            {axis.field: axis.bounds[i] for axis in design.axes if axis.bounds} for i in (0, 1)
+            dict(zip(design.parameters.paths, row.tolist(), strict=True)) for row in bounds
         ]
     else:
         points = list(design.points(0)) + list(design.points(len(design.chunks) - 1))

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.sweeps.compute import Outcome, Rows, label
-from helimag.sweeps.design import resolve
+from helimag.outcomes import Verdict
+from helimag.sweeps.compute import Rows
 from helimag.sweeps.engines import Engine, Job, engine
 from helimag.sweeps.export import load_sweep
 from helimag.sweeps.plan import Plan, load_plan
+from helimag.sweeps.resolved import resolve
 from helimag.sweeps.rounds import check_first, chosen, planned
 from helimag.sweeps.store import Store, sample_times
 
@@ -118,6 +119,6 @@ def _run(
 
 
 def _count(state: Progress, verdicts: NDArray[np.generic]) -> None:
-    known = verdicts[verdicts != Outcome.NOT_COMPUTED]
+    known = verdicts[verdicts != Verdict.NOT_COMPUTED]
     state.done += known.size
-    state.counts.update(label(Outcome(int(flag))) for flag in known)
+    state.counts.update(str(Verdict.of(flag)) for flag in known)

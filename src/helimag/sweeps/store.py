@@ -19,9 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import FileError, InputError, MissingExtra
+from helimag.outcomes import Reason, Verdict, cf_flags
 from helimag.runs.trajectory import versions
-from helimag.sweeps.compute import HASH_BYTES, SCALARS, Outcome, Reason, Rows, label
-from helimag.sweeps.design import Design
+from helimag.scenario import Input
+from helimag.sweeps.cautions import sweep_cautions
+from helimag.sweeps.compute import HASH_BYTES, SCALARS, Rows
+from helimag.sweeps.resolved import ResolvedPlan
 
 if TYPE_CHECKING:
     import xarray
@@ -34,7 +37,7 @@ MADE_BY = ("helimag", "warp-lang")  # whose versions decide the numbers
 class Store:
     """An open store; use :meth:`opened`."""
 
-    def __init__(self, path: Path, design: Design) -> None:
+    def __init__(self, path: Path, design: ResolvedPlan) -> None:
         import zarr
 
         self.path = path
@@ -51,7 +54,7 @@ class Store:
 
     @classmethod
     @contextmanager
-    def opened(cls, path: Path, design: Design) -> Iterator[Self]:
+    def opened(cls, path: Path, design: ResolvedPlan) -> Iterator[Self]:
         """Open the store of a design, making it where there is none; only one process at a time may have it.
 
         Raises
@@ -119,7 +122,7 @@ class Store:
         return chunk_file(self.path, name, self.design, chunk)
 
 
-def chunk_file(path: Path, name: str, design: Design, chunk: int) -> Path:
+def chunk_file(path: Path, name: str, design: ResolvedPlan, chunk: int) -> Path:
     """Where zarr keeps a chunk of a variable."""
     if name == CHECKSUM:
         return path / name / "c" / str(chunk) / "0"
@@ -136,7 +139,7 @@ def _remedy(file: Path) -> str:
     return f"remove {file} and run the same command again: this chunk alone is computed anew"
 
 
-def sample_times(design: Design) -> NDArray[np.float64] | None:
+def sample_times(design: ResolvedPlan) -> NDArray[np.float64] | None:
     """When trajectories are kept (s); None where they are not."""
     interval: float | None = design.plan.trajectory
     if interval is None:
@@ -146,18 +149,18 @@ def sample_times(design: Design) -> NDArray[np.float64] | None:
     return np.asarray(times, dtype=np.float64)
 
 
-def _durations(design: Design) -> list[float]:
+def _durations(design: ResolvedPlan) -> list[float]:
     return [float(v) for axis in design.axes if axis.field == "run.duration" for v in axis.values]
 
 
-def variables(design: Design) -> dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]]:
+def variables(design: ResolvedPlan) -> dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]]:
     """Every array that is written on the way: dimensions, type, fill value, attributes."""
     dims = tuple(design.shape)
     found: dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]] = {}
     for name, (unit, meaning) in SCALARS.items():
         found[name] = (dims, np.float64, np.nan, {"units": unit, "long_name": meaning})
-    for name, flags in (("verdict", Outcome), ("reason", Reason)):
-        found[name] = (dims, np.int8, 0, {"long_name": name, **flag_attributes([label(flag) for flag in flags])})
+    for name, flags in (("verdict", cf_flags(Verdict)), ("reason", cf_flags(Reason))):
+        found[name] = (dims, np.int8, 0, {"long_name": name, **flags})
     digest: dict[str, object] = {"long_name": "SHA-256 of the scenario, byte by byte", "units": "1"}
     found["scenario_hash"] = ((*dims, "byte"), np.uint8, 0, digest)
     if design.plan.trajectory is not None:
@@ -185,7 +188,7 @@ def axis_attributes(field: str, kind: Any) -> dict[str, object]:
     return {"units": kind.si if kind else "1", "long_name": field, "shown_in": kind.shown if kind else "1"}
 
 
-def _coordinates(design: Design) -> dict[str, Any]:
+def _coordinates(design: ResolvedPlan) -> dict[str, Any]:
     """Axes with values, and the drive's other inputs as single numbers."""
     found: dict[str, Any] = {}
     for axis in design.axes:
@@ -196,22 +199,17 @@ def _coordinates(design: Design) -> dict[str, Any]:
             found[axis.name] = (axis.dimension, codes, {"long_name": axis.field, **flags})
         elif axis.values:
             found[axis.name] = (axis.dimension, np.array(axis.values, float), axis_attributes(axis.field, axis.kind))
-    drive = design.base.drive
-    fixed = {name: getattr(drive, name) for name in ("frequency", "pitch", "distance", "yaw_rate")}
-    fixed["speed"] = math.hypot(*drive.velocity)
-    from helimag.sweeps.design import kind_of
-
     swept = {axis.name for axis in design.axes}
-    for name, value in fixed.items():
-        if name not in swept:
-            found[name] = ((), value, axis_attributes(f"drive.{name}", kind_of(design.base, f"drive.{name}")))
+    for given in (Input(f"drive.{name}") for name in ("frequency", "pitch", "distance", "yaw_rate", "speed")):
+        if given.label not in swept:
+            found[given.label] = ((), given.value(design.base), axis_attributes(given.path, given.kind(design.base)))
     times = sample_times(design)
     if times is not None:
         found["time"] = ("time", times, {"units": "s", "long_name": "time since the start"})
     return found
 
 
-def _template(design: Design) -> "xarray.Dataset":
+def _template(design: ResolvedPlan) -> "xarray.Dataset":
     """The dataset without results."""
     import xarray
 
@@ -237,17 +235,18 @@ def _template(design: Design) -> "xarray.Dataset":
         "identity": json.dumps(design.identity, sort_keys=True),
         "plan_hash": plan_hash(design),
         "versions": versions(),
+        "validity_warnings": json.dumps([caution.as_dict() for caution in sweep_cautions(design)]),
         "checksum_files": " ".join(name for name in variables(design) if name != CHECKSUM),
     }
     return xarray.Dataset(data, _coordinates(design), attributes)
 
 
-def plan_hash(design: Design) -> str:
+def plan_hash(design: ResolvedPlan) -> str:
     """SHA-256 of all that decides the runs."""
     return hashlib.sha256(json.dumps(design.identity, sort_keys=True).encode()).hexdigest()
 
 
-def _create(path: Path, design: Design) -> None:
+def _create(path: Path, design: ResolvedPlan) -> None:
     """Make an empty store beside and rename it, so that it is there as a whole or not at all."""
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
@@ -299,7 +298,7 @@ def attributes_of(path: Path) -> dict[str, Any]:
     return dict(found)
 
 
-def check_same_plan(path: Path, design: Design) -> None:
+def check_same_plan(path: Path, design: ResolvedPlan) -> None:
     """Raise InputError, naming the first difference, where a store belongs to another plan."""
     attributes = attributes_of(path)
     there, here = json.loads(attributes["identity"]), json.loads(json.dumps(design.identity))

@@ -12,8 +12,8 @@ import numpy as np
 from helimag.errors import InputError
 from helimag.sweeps.boundary import start_points
 from helimag.sweeps.compute import compute, empty_rows
-from helimag.sweeps.design import Design, Value, resolve
 from helimag.sweeps.plan import Plan, load_plan
+from helimag.sweeps.resolved import ResolvedPlan, Value, resolve
 from helimag.sweeps.rounds import check_first, scenarios
 from helimag.sweeps.store import Store, sample_times
 
@@ -59,24 +59,17 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     return Estimate(design.size, seconds, _disk(design), len(short), took)
 
 
-def _spread_points(design: Design, count: int) -> list[dict[str, Value]]:
+def _spread_points(design: ResolvedPlan, count: int) -> list[dict[str, Value]]:
     """Points all over a plan."""
     if design.plan.boundary is not None:
-        unit = start_points((4, 4), count)
-        bounds = [axis.bounds or (0.0, 0.0) for axis in design.axes]
-        return [
-            {
-                axis.field: low + (high - low) * float(x)
-                for axis, (low, high), x in zip(design.axes, bounds, row, strict=True)
-            }
-            for row in unit
-        ]
+        rows = design.parameters.from_unit(start_points((4, 4), count)).tolist()
+        return [dict(zip(design.parameters.paths, row, strict=True)) for row in rows]
     chosen = np.unique(np.linspace(0, len(design.chunks) - 1, count).astype(int))
     each = math.ceil(count / len(chosen))
     return [point for chunk in chosen for point in list(design.points(int(chunk)))[:: max(1, 64 // each)][:each]]
 
 
-def _disk(design: Design) -> int:
+def _disk(design: ResolvedPlan) -> int:
     """Bytes on disk of the finished store: chunks of noise are written and measured, the first with its folders."""
     times = sample_times(design)
     noise = np.random.default_rng(0)

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.errors import InputError
+from helimag.geometry import CHIRALITY, helix_line
 from helimag.scenario import Device
 
 Floats = NDArray[np.float64]
@@ -24,7 +26,15 @@ class Shape:
 
     @classmethod
     def of(cls, device: Device) -> "Shape":
-        """The shape of a scenario's device."""
+        """The shape of a scenario's device.
+
+        Raises
+        ------
+        InputError
+            Where the device has no helix or no head: the tracking finds the one by the other.
+        """
+        if device.helix is None or device.head is None:
+            raise InputError("device must have a helix and a head to be drawn or tracked in films")
         return cls(
             head_reach=device.head.reach,
             head_radius=device.head.radius,
@@ -32,7 +42,7 @@ class Shape:
             helix_radius=device.helix.radius,
             pitch=device.helix.pitch,
             wire_radius=device.helix.wire_radius,
-            chirality=1.0 if device.helix.handedness == "left" else -1.0,
+            chirality=CHIRALITY[device.helix.handedness],
         )
 
     @property
@@ -71,6 +81,6 @@ class Shape:
     def wire(self, count: int = 73) -> Floats:
         """Points (count, 3) on the helix' centreline in the body frame (m), see the conventions of the model."""
         u = np.linspace(0.0, self.helix_length, count)
-        angle = 2.0 * np.pi * u / self.pitch
-        radius = self.helix_radius
-        return np.stack([-self.head_reach - u, radius * np.cos(angle), self.chirality * radius * np.sin(angle)], axis=1)
+        return helix_line(
+            u, radius=self.helix_radius, pitch=self.pitch, chirality=self.chirality, behind=self.head_reach
+        )

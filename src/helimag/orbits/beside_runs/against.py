@@ -7,52 +7,23 @@ other, every node where they differ is run on, and beside its orbit, and named.
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.loop import Status
-from helimag.engine.simulation import History, advance
+from helimag.engine import History, advance
 from helimag.errors import InputError
 from helimag.orbits.beside_runs.closed_curve import swinging
-from helimag.orbits.beside_runs.outlook import INSIDE
 from helimag.orbits.curves.spreading import Node, Spread
 from helimag.orbits.strobe.problem import Floats, require_periodic
 from helimag.orbits.strobe.starts import open_water, strobed
-from helimag.runs.gain import Verdict
+from helimag.outcomes import End, Verdict, Why
 from helimag.scenario import Scenario
 
 LONG = 20_000.0  # s, of the runs that explain
 SAMPLES = 2000
 BESIDE = 0.005  # m from the orbit, of runs that ask whether it holds what comes near
 MORE_SEEDS = 8  # nodes whose run stays though no stable orbit is known there, from which one is sought
-
-
-class Why(StrEnum):
-    """Why a run and the orbit of its inputs do not say the same."""
-
-    BASIN = "starts outside the basin"
-    SLOW_DRIFT = "slow drift"
-    SHORT = "horizon too short"
-    SOON = "judged too soon"
-    OTHER = "other attractor"
-    UNEXPLAINED = "not explained"
-
-    @property
-    def meaning(self) -> str:
-        """In a sentence."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Why.BASIN: "the orbit is stable and a run beside it stays, but from the start the run leaves",
-    Why.SLOW_DRIFT: "the run had not settled at its horizon; continued, it does what the orbit says",
-    Why.SHORT: "no stable orbit, and the run leaves when it is continued",
-    Why.SOON: "judged to have left, but it comes back to the stable orbit when it is continued",
-    Why.OTHER: "no stable orbit is known, and the run stays all the same",
-    Why.UNEXPLAINED: "the orbit is stable, but a run beside it leaves",
-}
 
 
 @dataclass(frozen=True)
@@ -144,7 +115,7 @@ class Comparison:
         told, counted = self._told_beside
         start = f"with runs from {1e3 * BESIDE:.0f} mm beside the orbit where it is stable"
         lines.append(f"the same {start}: {_count(told, counted, self.away)}")
-        lines += [f"{count:4d} {why}: {why.meaning}" for why, count in tally.most_common()]
+        lines += [f"{count:4d} {why}: {why.text()}" for why, count in tally.most_common()]
         return "\n".join(lines)
 
 
@@ -188,7 +159,7 @@ def compare_with_orbits(
     length = next(iter(scenarios.values())).drive.distance
     found = _orbits(scenarios.get, verdicts, length, lambda done: report(0.3 * done))
     stable = found.stable
-    inside = np.isin(verdicts, [str(verdict) for verdict in INSIDE])
+    inside = np.isin(verdicts, [verdict for verdict in Verdict if verdict.inside])
     nodes = {node: scenario for node, scenario in scenarios.items() if verdicts[node]}
     beside = np.zeros(verdicts.shape, dtype=bool)
     held = {node: scenario for node, scenario in nodes.items() if stable[node]}
@@ -234,7 +205,7 @@ def _stay_beside(
 ) -> dict[Node, bool]:
     """Whether runs that start beside their stable orbits stay for their scenario's duration."""
     starts = np.array([found.states[node] + BESIDE * np.eye(7)[0] for node in scenarios])
-    return {node: _verdict(run) in INSIDE for node, run in _run(scenarios, starts, report).items()}
+    return {node: _stays(_verdict(run)) for node, run in _run(scenarios, starts, report).items()}
 
 
 def _cases(
@@ -250,8 +221,8 @@ def _cases(
     }
     result = []
     for node, history in _run(longer, None, report).items():
-        verdict, stable, later = Verdict(verdicts[node]), bool(found.stable[node]), _verdict(history)
-        why = _why(verdict, stable, later in INSIDE, bool(beside[node]))
+        verdict, stable, later = Verdict.of(verdicts[node]), bool(found.stable[node]), _verdict(history)
+        why = _why(verdict, stable, _stays(later), bool(beside[node]))
         note = ""
         if why is Why.OTHER:
             (run,) = strobed(history.scenario, LONG, samples=SAMPLES)
@@ -275,7 +246,12 @@ def _run(
 
 
 def _verdict(history: History) -> Verdict | None:
-    return None if history.status is Status.NOT_FINITE else history.judge().verdict
+    return None if history.status is End.NOT_FINITE else history.judge().verdict
+
+
+def _stays(verdict: Verdict | None) -> bool:
+    """Whether a run is still inside at its end; one whose numbers broke down is not."""
+    return verdict is not None and verdict.inside
 
 
 def _why(verdict: Verdict, stable: bool, stays: bool, beside: bool) -> Why:

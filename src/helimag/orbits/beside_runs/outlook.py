@@ -2,11 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
-from helimag.engine.loop import Status
 from helimag.errors import InputError
 from helimag.orbits.beside_runs.closed_curve import swinging
 from helimag.orbits.slow_flow.attraction import comes_to
@@ -15,37 +13,14 @@ from helimag.orbits.strobe.find import find_orbit
 from helimag.orbits.strobe.orbit import Orbit, describe_rates
 from helimag.orbits.strobe.problem import Floats, Problem, require_periodic
 from helimag.orbits.strobe.starts import open_water, strobed, to_moving
-from helimag.runs.gain import Verdict
+from helimag.outcomes import End, Future
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario, parse
 
 ON_ORBIT = 0.05  # of the distance and radians: a run that is this near the orbit that it comes to is on it
-INSIDE = (Verdict.BOUNDED, Verdict.DRIFTING)
 SHORTEST, LONGEST = 1800.0, 20_000.0  # s, that a run is continued
 SAMPLES = 2000  # at whole turns, of a run continued
 MOST_STEPS = 2e6  # of the integrator, that this may take; a stiff run is continued for less
-
-
-class Future(StrEnum):
-    """What becomes of a run after its horizon."""
-
-    ON_ORBIT = "on a stable orbit"
-    COMING = "coming to a stable orbit"
-    LEAVES = "leaves later"
-    SWINGS = "swings for ever, on a closed curve"
-    STAYS = "stays, on no stable orbit"
-    GONE = "has left"
-    UNKNOWN = "not known"
-
-
-ENDS = {
-    Status.CONTACT: "is pulled into the magnet",
-    Status.FALL: "falls",
-    Status.FLOOR: "meets the floor",
-    Status.SURFACE: "meets the surface",
-    Status.WALL: "meets a wall",
-    Status.NOT_FINITE: "breaks down",
-}
 
 
 @dataclass(frozen=True)
@@ -79,12 +54,12 @@ def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None 
     if trajectory.scenario_toml is None:
         raise InputError("explaining a run by its orbit needs a simulated run, which knows its scenario")
     scenario = open_water(parse(trajectory.scenario_toml))
-    if trajectory.verdict not in INSIDE:
-        return Outlook(Future.GONE, "the run left; no orbit is sought from its end")
+    if not trajectory.verdict.inside:
+        return Outlook(Future.GONE, Future.GONE.text())
     try:
         require_periodic(scenario)
     except InputError as error:
-        return Outlook(Future.UNKNOWN, str(error))
+        return Outlook(Future.UNKNOWN, Future.UNKNOWN.text(problem=error))
     time = float(trajectory.dataset["time"].values[-1])
     state = _at_whole_turn(scenario, time, trajectory.final_state)
     orbit = find_orbit(scenario, near=state)
@@ -93,18 +68,18 @@ def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None 
     longest = min(LONGEST, MOST_STEPS * time / max(1.0, needed))
     longer = min(longest, max(SHORTEST, -1.0 / orbit.growth)) if orbit.stable else longest
     (later,) = strobed(scenario, longer, samples=SAMPLES, states=state[None], progress=progress)
-    if later.status is not Status.HORIZON:
-        how = f"continued, it {ENDS[later.status]} after another {later.end:.0f} s"
-        return Outlook(Future.LEAVES, f"{begin}, but {_what_there_is(orbit)}: {how}", orbit)
+    if later.status is not End.HORIZON:
+        found, how = _what_there_is(orbit), later.status.text()
+        return Outlook(Future.LEAVES, Future.LEAVES.text(begin=begin, found=found, end=how, longer=later.end), orbit)
     reached = find_orbit(scenario, near=later.states[-1])
     if reached.stable and comes_to(reached, later.states[:, :3]):
-        if _away(reached, state) < ON_ORBIT:
-            return Outlook(Future.ON_ORBIT, f"{begin}, on a stable orbit: {describe_rates(reached.rates)}", reached)
-        text = f"{begin}, coming to the stable orbit at {_place(reached)}: {describe_rates(reached.rates)}"
-        return Outlook(Future.COMING, text, reached)
+        future = Future.ON_ORBIT if _away(reached, state) < ON_ORBIT else Future.COMING
+        text = future.text(begin=begin, place=_place(reached), rates=describe_rates(reached.rates))
+        return Outlook(future, text, reached)
     motion = swinging(later.times, later.states[:, 2])
-    text = f"{begin} and for another {later.end:.0f} s, {motion.text}, though {_what_there_is(reached)}"
-    return Outlook(Future.SWINGS if motion.closed else Future.STAYS, text, reached)
+    future = Future.SWINGS if motion.closed else Future.STAYS
+    text = future.text(begin=begin, longer=later.end, motion=motion.text, found=_what_there_is(reached))
+    return Outlook(future, text, reached)
 
 
 def _at_whole_turn(scenario: Scenario, time: float, state: Floats) -> Floats:

@@ -16,10 +16,10 @@ from helimag.orbits.curves.tracing import FAILED, Family, Node, Place, Trace, ad
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.find import classify, find_orbit
 from helimag.orbits.strobe.newton import Solved
-from helimag.orbits.strobe.orbit import OrbitStatus
 from helimag.orbits.strobe.problem import Floats, Problem
+from helimag.outcomes import OrbitStatus
 from helimag.scenario import Scenario
-from helimag.scenario.inputs import Input
+from helimag.scenario.inputs import Input, varied
 
 SAME_POINT = 4e-3  # of the ranges: an event this near a curve of its kind, with such an orbit, lies on it
 SAME_ORBIT = 0.4  # of the distance and in radians, between orbits of one curve and of a node beside it
@@ -106,8 +106,8 @@ class _Orbits:
         self._packed: tuple[bytes, Problem] | None = None
 
     def scenario_at(self, shares: Floats) -> Scenario:
-        first, second = self.low + shares * self.span
-        return self.inputs[1].changed(self.inputs[0].changed(self.result.scenario, float(first)), float(second))
+        values = (self.low + shares * self.span).tolist()
+        return varied(self.result.scenario, dict(zip(self.result.paths, values, strict=True)))
 
     def place_of(self, event: Event) -> Place:
         values = np.array([given.value(event.orbit.scenario) for given in self.inputs])

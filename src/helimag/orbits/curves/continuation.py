@@ -14,7 +14,7 @@ from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.find import classify, orbits_of
 from helimag.orbits.strobe.newton import Solved
 from helimag.orbits.strobe.orbit import Orbit
-from helimag.orbits.strobe.problem import Floats, Problem
+from helimag.orbits.strobe.problem import Floats, Measured, Problem
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input
 
@@ -39,8 +39,8 @@ class _Curve:
     def scenario_at(self, share: float) -> Scenario:
         return self.given.changed(self.scenario, self.low + share * self.span)
 
-    def evaluate(self, state: Floats, share: float) -> tuple[Problem, Floats, Floats, Floats, Floats]:
-        """Problem, residual (6,), its Jacobian (6, 6), its slope over the input (6,), and measures (11,)."""
+    def evaluate(self, state: Floats, share: float) -> tuple[Problem, Floats, Floats, Floats, Measured]:
+        """Problem, residual (6,), its Jacobian (6, 6), its slope over the input (6,), and measures."""
         problem = Problem([self.scenario_at(share + by) for by in (0.0, SLOPE_STRIDE, -SLOPE_STRIDE)])
         problem.length[:] = self.length
         one = np.zeros(1, dtype=np.int64)
@@ -49,7 +49,7 @@ class _Curve:
         steps = np.repeat(problem.steps(one, state[None]), 2)
         images, _ = problem.advance(pair, np.repeat(state[None], 2, axis=0), steps, np.zeros(2), np.ones(2))
         away = chart.coordinates(images[:1], images[1:], self.length)[0]
-        return problem, value[0], jacobian[0], away / (2.0 * SLOPE_STRIDE), measures[0]
+        return problem, value[0], jacobian[0], away / (2.0 * SLOPE_STRIDE), measures
 
     def moved(self, state: Floats, by: Floats) -> Floats:
         return np.asarray(chart.moved(state[None], by[None, :6], self.length)[0])
@@ -81,12 +81,12 @@ class _Curve:
         share: float,
         value: Floats,
         jacobian: Floats,
-        measures: Floats,
+        measures: Measured,
         tangent: Floats,
     ) -> Point:
         norm = np.array([float(np.linalg.norm(value))])
         one = np.zeros(1, dtype=np.int64)
-        solved = Solved(np.array([True]), state[None], norm, jacobian[None], measures[None], one)
+        solved = Solved(np.array([True]), state[None], norm, jacobian[None], measures, one)
         (orbit,) = orbits_of(problem, one, solved, classify(problem, one, solved))
         return Point(self.low + share * self.span, orbit, tangent)
 
@@ -122,7 +122,7 @@ def follow(
     """
     given = Input(path)
     if not orbit.found:
-        raise InputError(f"an orbit to follow must have been found; got '{orbit.status}': {orbit.status.remedy}")
+        raise InputError(f"an orbit to follow must have been found; got '{orbit.status}': {orbit.status.text()}")
     here = given.value(orbit.scenario)
     if not low < high or not low <= here <= high:
         raise InputError(

@@ -11,7 +11,7 @@ from helimag.orbits.curves.spreading import Node, Spread
 from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats
 from helimag.scenario import Scenario
-from helimag.scenario.inputs import Input
+from helimag.scenario.inputs import Input, varied
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ class StabilityMap:
 
     def scenario_at(self, i: int, j: int) -> Scenario:
         """The scenario of one node."""
-        first = Input(self.paths[0]).changed(self.scenario, float(self.values[0][i]))
-        return Input(self.paths[1]).changed(first, float(self.values[1][j]))
+        values = float(self.values[0][i]), float(self.values[1][j])
+        return varied(self.scenario, dict(zip(self.paths, values, strict=True)))
 
 
 def stability_map(
@@ -77,14 +77,13 @@ def stability_map(
     """
     values = np.asarray(first[1], float), np.asarray(second[1], float)
     for path, given in zip((first[0], second[0]), values, strict=True):
-        Input(path).value(scenario)
+        Input(path).check(scenario)
         if given.ndim != 1 or given.size < 2 or not np.all(np.diff(given) > 0.0):
             raise InputError(f"values of {path} must be at least two increasing numbers")
     inputs = Input(first[0]), Input(second[0])
-    rows = [inputs[0].changed(scenario, float(value)) for value in values[0]]
 
     def scenario_at(node: Node) -> Scenario:
-        return inputs[1].changed(rows[node[0]], float(values[1][node[1]]))
+        return varied(scenario, {first[0]: float(values[0][node[0]]), second[0]: float(values[1][node[1]])})
 
     found = Spread(scenario_at, (values[0].size, values[1].size), length=scenario.drive.distance)
     for seed in seeds:

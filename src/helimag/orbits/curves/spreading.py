@@ -10,8 +10,8 @@ from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.find import classify, find_orbit
 from helimag.orbits.strobe.floquet import multipliers_of, rates_of
 from helimag.orbits.strobe.newton import solve
-from helimag.orbits.strobe.orbit import OrbitStatus
 from helimag.orbits.strobe.problem import Floats, Problem
+from helimag.outcomes import OrbitStatus
 from helimag.scenario import Scenario
 
 Node = tuple[int, ...]

@@ -48,7 +48,7 @@ def survey(
         Where the input is not a number that may take those values.
     """
     given, report = Input(path), progress or (lambda _: None)
-    given.value(scenario)
+    given.check(scenario)
     values = np.linspace(low, high, VALUES)
     scenarios = [given.changed(scenario, float(value)) for value in values]
     found = Spread(lambda node: scenarios[node[0]], (VALUES,), length=scenario.drive.distance)

@@ -1,18 +1,18 @@
 """Basin of attraction of a stable orbit: from which places a device that is let go comes to it."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.loop import Status
 from helimag.errors import InputError
 from helimag.orbits.slow_flow.averaging import SlowFlow, averaged_paths
 from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats, Problem
 from helimag.orbits.strobe.starts import attitudes, open_water, sense_of, settle, strobed
+from helimag.outcomes import BasinEnd
+from helimag.runs.shares import wilson
 
 FEWEST_TURNS = 12  # of the magnet in a run, so that its later quarters can be compared
 AT = 1e-3  # of the distance: a run that spends its last quarter this near its orbit has come to it
@@ -20,7 +20,7 @@ NEAR = 0.03  # of the distance: this near, it must go no farther in its last qua
 SHRINKS = 0.95  # from the third quarter to the last, of the farthest distance: a run from afar must come nearer
 SHORTEST, LONGEST = 1200.0, 20_000.0  # s, of the runs
 SAMPLES = 160
-SURE = 1.96  # standard deviations on either side of 95 per cent
+WORDS = f"<U{max(map(len, BasinEnd))}"  # text that holds each of them
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,7 @@ class Basin:
     captured
         (n,): which come to the orbit.
     ends
-        (n,): how each run ended: "captured", "stayed" (inside, but not nearer), "attracted", "fell", "wall-limited",
-        "out of step" (no attitude to start with), "left" (the averaged model's grid), "broke down" (its numbers).
+        (n,): how each run ended, the words of :class:`helimag.outcomes.BasinEnd`.
     volume
         m^3 of the cells whose starts are captured.
     duration
@@ -131,7 +130,7 @@ def basin(
         ends, engine = _by_runs(orbit, places, time, progress), "full"
     else:
         ends, engine = _by_flow(orbit, places, time, flow, progress), "averaged"
-    captured = ends == "captured"
+    captured = np.asarray(ends == BasinEnd.CAPTURED)
     volume = float(np.prod(corners[1] - corners[0])) * float(captured.mean())
     return Basin(orbit, shape, places, captured, ends, volume, time, engine)
 
@@ -155,7 +154,7 @@ class Agreement:
     @property
     def counts(self) -> dict[str, int]:
         """Starts that both models say come to the orbit, only one of them says so, or neither."""
-        averaged, full = self.averaged == "captured", self.full == "captured"
+        averaged, full = self.averaged == BasinEnd.CAPTURED, self.full == BasinEnd.CAPTURED
         masks = {
             "both": averaged & full,
             "only_averaged": averaged & ~full,
@@ -171,11 +170,8 @@ class Agreement:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Where the share of all starts lies, with 95 per cent (Wilson, J. Am. Stat. Assoc. 22, 209, 1927)."""
-        n, p = self.starts.size, self.share
-        middle = (p + SURE**2 / (2.0 * n)) / (1.0 + SURE**2 / n)
-        half = SURE * math.sqrt(p * (1.0 - p) / n + SURE**2 / (4.0 * n**2)) / (1.0 + SURE**2 / n)
-        return max(min(middle - half, p), 0.0), min(max(middle + half, p), 1.0)
+        """Where the share of all starts lies, with 95 per cent."""
+        return wilson(self.share, self.starts.size)
 
     @property
     def text(self) -> str:
@@ -223,7 +219,7 @@ def _by_runs(
     orbit: Orbit, places: Floats, duration: float, progress: Callable[[float], None] | None
 ) -> NDArray[np.str_]:
     problem = Problem([orbit.scenario])
-    ends = np.full(len(places), "out of step", dtype="<U12")
+    ends = np.full(len(places), BasinEnd.OUT_OF_STEP, dtype=WORDS)
     clear = np.flatnonzero(np.linalg.norm(places - problem.arm[0], axis=1) > 1.05 * problem.contact[0])
     guesses = attitudes(problem, 0, places[clear], sense_of(problem, orbit.state))
     states, found = settle(problem, np.zeros(clear.size, dtype=np.int64), guesses)
@@ -233,17 +229,7 @@ def _by_runs(
     water = open_water(orbit.scenario)
     runs = strobed(water, duration, samples=SAMPLES, states=states[found], progress=progress)
     for node, run in zip(good, runs, strict=True):
-        match run.status:
-            case Status.HORIZON:
-                ends[node] = "captured" if comes_to(orbit, run.states[:, :3]) else "stayed"
-            case Status.CONTACT:
-                ends[node] = "attracted"
-            case Status.FALL:
-                ends[node] = "fell"
-            case Status.NOT_FINITE:
-                ends[node] = "broke down"
-            case _:
-                ends[node] = "wall-limited"
+        ends[node] = run.status.basin or _inside(orbit, run.states[:, :3])
     return ends
 
 
@@ -251,13 +237,17 @@ def _by_flow(
     orbit: Orbit, places: Floats, duration: float, flow: SlowFlow, progress: Callable[[float], None] | None
 ) -> NDArray[np.str_]:
     """The averaged model from all starts at once."""
-    ends = np.full(len(places), "out of step", dtype="<U12")
+    ends = np.full(len(places), BasinEnd.OUT_OF_STEP, dtype=WORDS)
     good = np.flatnonzero(np.isfinite(flow.at(places)).all(axis=1))
     paths = averaged_paths(flow, places[good], np.linspace(0.0, duration, SAMPLES + 1), progress=progress)
     for node, path in zip(good, paths, strict=True):
-        stays = "captured" if comes_to(orbit, path) else "stayed"
-        ends[node] = stays if np.isfinite(path).all() else "left"
+        ends[node] = _inside(orbit, path) if np.isfinite(path).all() else BasinEnd.LEFT
     return ends
+
+
+def _inside(orbit: Orbit, path: Floats) -> BasinEnd:
+    """What becomes of a device that is still there at the end of its path (n, 3)."""
+    return BasinEnd.CAPTURED if comes_to(orbit, path) else BasinEnd.STAYED
 
 
 def comes_to(orbit: Orbit, path: Floats) -> bool:

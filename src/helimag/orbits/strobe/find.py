@@ -5,14 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from helimag.engine.loop import Status
 from helimag.errors import InputError
+from helimag.geometry import long_axes
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.floquet import fast_multipliers, multipliers_of, rates_of
 from helimag.orbits.strobe.newton import Solved, solve
-from helimag.orbits.strobe.orbit import Orbit, OrbitStatus
+from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats, Ints, Problem
-from helimag.orbits.strobe.starts import default_box, long_axes, on_grid, open_water, strobed
+from helimag.orbits.strobe.starts import default_box, on_grid, open_water, strobed
+from helimag.outcomes import End, OrbitStatus
 from helimag.scenario import Scenario
 
 SAME = 1e-5  # of the distance and in radians: two searches that end this near found one orbit
@@ -167,11 +168,11 @@ def _orbit(problem: Problem, which: Ints, solved: Solved, i: int, multipliers: n
         multipliers=multipliers,
         rates=rates_of(multipliers, problem.period[which[i]]),
         jacobian=solved.jacobian[i],
-        mean_position=measures[:3],
-        height_range=(float(measures[3]), float(measures[4])),
-        attack_angle=float(measures[5]),
-        wobble=float(np.sqrt(max(measures[6] - measures[5] ** 2, 0.0))),
-        lag_cosine=float(measures[7]),
+        mean_position=measures["position"],
+        height_range=(float(measures["low"]), float(measures["high"])),
+        attack_angle=float(measures["attack"]),
+        wobble=float(np.sqrt(max(measures["square"] - measures["attack"] ** 2, 0.0))),
+        lag_cosine=float(measures["cosine"]),
         iterations=int(solved.iterations[i]),
     )
 
@@ -195,7 +196,7 @@ def _refined(problem: Problem, orbit: Orbit) -> Orbit:
 def classify(problem: Problem, which: Ints, solved: Solved) -> list[OrbitStatus]:
     """How each search ended."""
     gap = np.linalg.norm(solved.states[:, :3] - problem.arm[which], axis=1)
-    below = solved.measures[:, 3] < problem.lowest[which]
+    below = solved.measures["low"] < problem.lowest[which]
     far = gap > 4.0 * problem.length[which]
     result = []
     for i, number in enumerate(which):
@@ -209,28 +210,28 @@ def classify(problem: Problem, which: Ints, solved: Solved) -> list[OrbitStatus]
             inside = _inside(problem.scenarios[number], solved.states[i], solved.measures[i])
             result.append(OrbitStatus.FOUND if inside else OrbitStatus.WALL_LIMITED)
         else:
-            result.append(OrbitStatus.LOST_STEP if solved.measures[i, 7] < 0.0 else OrbitStatus.NO_ORBIT)
+            result.append(OrbitStatus.LOST_STEP if solved.measures["cosine"][i] < 0.0 else OrbitStatus.NO_ORBIT)
     return result
 
 
-def _inside(scenario: Scenario, state: Floats, measures: Floats) -> bool:
+def _inside(scenario: Scenario, state: Floats, measures: np.void) -> bool:
     """Whether an orbit keeps clear of floor, surface and walls; a drive that moves on to one ends there anyway.
 
     Heights of the tail are by the mean attack angle, places sideways by the state at the start of the period. A device
     that goes round comes to every side of its circle.
     """
     low, high = np.array(open_water(scenario).workspace.box)
-    length = scenario.device.head.reach + scenario.device.helix.length
-    radii = np.array([scenario.device.head.radius, scenario.device.helix.outer_diameter / 2.0])  # of head and tail
-    ends = state[:2] - np.outer([0.0, length], long_axes(state[None])[0, :2])
+    length = scenario.device.tail_length
+    radii = np.array([scenario.device.head_radius, scenario.device.tail_radius])  # of head and tail
+    ends = state[:2] - np.outer([0.0, length], long_axes(state[3:])[:2])
     if scenario.drive.yaw_rate != 0.0:
         reach = np.full(2, np.max(np.linalg.norm(ends, axis=1) + radii))
         least, most = -reach, reach
     else:
         least, most = np.min(ends - radii[:, None], axis=0), np.max(ends + radii[:, None], axis=0)
-    heights = np.array([0.0, -length * np.sin(measures[5])])
-    least = np.append(least, np.min(measures[3] + heights - radii))
-    most = np.append(most, np.max(measures[4] + heights + radii))
+    heights = np.array([0.0, -length * np.sin(measures["attack"])])
+    least = np.append(least, np.min(measures["low"] + heights - radii))
+    most = np.append(most, np.max(measures["high"] + heights + radii))
     return bool(np.all(low < least) and np.all(most < high))
 
 
@@ -256,17 +257,11 @@ def _best(orbits: list[Orbit], end: Floats) -> Orbit | None:
     return min(found, key=lambda orbit: orbit.growth, default=None)
 
 
-def _why_not(orbits: list[Orbit], end: Status) -> OrbitStatus:
+def _why_not(orbits: list[Orbit], end: End) -> OrbitStatus:
     """The most telling reason among searches that all failed: how the run ended, else what most searches met."""
-    ends = {
-        Status.CONTACT: OrbitStatus.ATTRACTED,
-        Status.FALL: OrbitStatus.LEFT_BOX,
-        Status.NOT_FINITE: OrbitStatus.BROKE_DOWN,
-    }
-    walls = {Status.FLOOR, Status.SURFACE, Status.WALL}
-    if any(orbit.status is OrbitStatus.WALL_LIMITED for orbit in orbits) or end in walls:
+    if any(orbit.status is OrbitStatus.WALL_LIMITED for orbit in orbits):
         return OrbitStatus.WALL_LIMITED
-    if end in ends:
-        return ends[end]
+    if end.search is not None:
+        return end.search
     lost = sum(orbit.status is OrbitStatus.LOST_STEP for orbit in orbits)
     return OrbitStatus.LOST_STEP if 2 * lost > len(orbits) else OrbitStatus.NO_ORBIT

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.orbits.strobe import chart
-from helimag.orbits.strobe.problem import Floats, Ints, Problem
+from helimag.orbits.strobe.problem import Floats, Ints, Measured, Problem
 
 CONVERGED = 1e-8  # last correction, radians and shares of the distance; the error left is about its square
 LONGEST_MOVE = 0.15  # of the distance to the magnet, in one correction
@@ -28,7 +28,7 @@ class Solved:
     states: Floats  # (n, 7), the last iterate where not converged
     residual: Floats  # (n,) of the last evaluation
     jacobian: Floats  # (n, 6, 6)
-    measures: Floats  # (n, 11)
+    measures: Measured  # (n,)
     iterations: Ints
 
 

@@ -2,48 +2,17 @@
 
 import math
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.outcomes import OrbitStatus
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 STEADY = 1e-9  # 1/s; an imaginary part below this is rounding
-
-
-class OrbitStatus(StrEnum):
-    """How a search for an orbit ended."""
-
-    FOUND = "found"
-    NO_ORBIT = "no orbit found"
-    LOST_STEP = "lost step"
-    ATTRACTED = "attracted"
-    LEFT_BOX = "left the box"
-    WALL_LIMITED = "wall-limited"
-    BROKE_DOWN = "broke down"
-
-    @property
-    def remedy(self) -> str:
-        """What it means, and what to try."""
-        return _REMEDIES[self]
-
-
-_REMEDIES = {
-    OrbitStatus.FOUND: "the run that repeats itself every turn of the magnet",
-    OrbitStatus.NO_ORBIT: "no search ended on an orbit: begin nearer (near=...), list all orbits in a box, or follow "
-    "one from inputs that have it until it ends",
-    OrbitStatus.LOST_STEP: "the device does not keep in step with the field: lower drive.frequency or bring the magnet "
-    "nearer",
-    OrbitStatus.ATTRACTED: "the search ran into the magnet: increase drive.distance or lower drive.pitch",
-    OrbitStatus.LEFT_BOX: "the search left the region around the magnet: decrease drive.distance, raise drive.pitch or "
-    "begin nearer",
-    OrbitStatus.WALL_LIMITED: "the orbit passes through floor, surface or walls: change the workspace or the inputs",
-    OrbitStatus.BROKE_DOWN: "the numbers are not finite: check the scenario for extreme values",
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +94,7 @@ class Orbit:
     def text(self) -> str:
         """The orbit in a sentence or two."""
         if not self.found:
-            return f"{self.status}: {self.status.remedy}"
+            return f"{self.status}: {self.status.text()}"
         x, y, z = 1e3 * self.position
         begin = f"orbit with the head at ({x:.2f}, {y:.2f}, {z:.2f}) mm in the moving frame, "
         if self.stable:

@@ -4,15 +4,12 @@ That frame turns with the yaw rate and moves with the velocity, and is the lab f
 still, so the equations of motion depend on time through the magnet's spin alone and repeat after one turn of it.
 """
 
-from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import warp as wp
 
-from helimag.engine.loop import lag_vector
-from helimag.engine.step import Clock, build_load, build_rates, build_trial
-from helimag.physics.balance import Body, balance_rates, moment_of
+from helimag.engine import Control, Method, System, build_balance, build_load, lag_vector
+from helimag.physics.balance import Body, moment_of
 from helimag.physics.kinematics import Drive, State, attack_angle, head_position, rpm_pose, turn_z
 from helimag.physics.magnetics import Magnet
 
@@ -20,9 +17,17 @@ ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
 
-# Over the part of the period: mean position in the moving frame (3), lowest and highest head, means of attack angle and
-# of its square, least cosine of the phase lag, displacement (3) of a head that is held.
-Measures = wp.types.vector(length=11, dtype=wp.float64)
+
+@wp.struct
+class Measures:
+    """What was seen over a passage, in the moving frame; means are over time."""
+
+    position: wp.vec3d  # mean, m
+    low: wp.float64  # lowest head, m
+    high: wp.float64  # highest head, m
+    attack: wp.float64  # mean attack angle, rad
+    square: wp.float64  # mean of its square, rad^2
+    cosine: wp.float64  # least, of the phase lag
 
 
 @wp.struct
@@ -70,39 +75,33 @@ def to_moving(drive: Drive, t: wp.float64, state: State) -> State:
 
 
 @wp.func
-def with_step(m: Measures, weight: wp.float64, state: State, lag: wp.vec2d, slip: wp.vec3d) -> Measures:
+def with_step(m: Measures, weight: wp.float64, state: State, lag: wp.vec2d) -> Measures:
     """The measures with the end of one more step in them; ``weight`` is the step's share of the passage."""
     attack = attack_angle(state)
-    cosine = lag[0] / wp.max(wp.length(lag), wp.float64(1e-300))
-    return Measures(
-        m[0] + weight * state[0],
-        m[1] + weight * state[1],
-        m[2] + weight * state[2],
-        wp.min(m[3], state[2]),
-        wp.max(m[4], state[2]),
-        m[5] + weight * attack,
-        m[6] + weight * attack * attack,
-        wp.min(m[7], cosine),
-        m[8] + slip[0],
-        m[9] + slip[1],
-        m[10] + slip[2],
-    )
+    m.position += weight * head_position(state)
+    m.low = wp.min(m.low, state[2])
+    m.high = wp.max(m.high, state[2])
+    m.attack += weight * attack
+    m.square += weight * attack * attack
+    m.cosine = wp.min(m.cosine, lag[0] / wp.max(wp.length(lag), wp.float64(1e-300)))
+    return m
 
 
 @cache
-def build_pass(magnet_model: Callable[..., Any], held: bool) -> wp.Kernel:
+def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
     """Make the kernel that takes each state of a batch through its passage; with ``held`` the head keeps its place.
 
     Equal steps and no error control: the result is then a smooth function of the state, so that differences of it are
-    derivatives. A held head is put back after each step, in the moving frame, and how far it would have gone is summed.
+    derivatives. A held head is put back after each step, in the moving frame.
     """
-    load = build_load(magnet_model)
-    trial = build_trial(build_rates(load, rpm_pose))
+    load, balance, trial = build_load(system.magnet), build_balance(system.response), method.build(system)
+    surroundings_type = system.surroundings_type
     free = wp.constant(not held)
 
     @wp.kernel(enable_backward=False, module="unique")
     def pass_period(
         bodies: wp.array(dtype=Body),
+        surroundings: wp.array(dtype=surroundings_type),
         drives: wp.array(dtype=Drive),
         magnets: wp.array2d(dtype=Magnet),
         passages: wp.array(dtype=Passage),
@@ -114,28 +113,28 @@ def build_pass(magnet_model: Callable[..., Any], held: bool) -> wp.Kernel:
         passage = passages[i]
         drive = drives[passage.problem]
         body = bodies[passage.problem]
-        clock = Clock()
-        clock.tolerance = ONE
-        clock.length = ONE
+        around = surroundings[passage.problem]
+        control = Control()
+        control.tolerance = ONE
+        control.length = ONE
         start = states[i]
         dt = (passage.end - passage.begin) / wp.float64(passage.steps)
         weight = ONE / wp.float64(passage.steps)
         state = to_lab(drive, passage.begin, start)
         moving = start
         m = Measures()
-        m[3] = start[2]
-        m[4] = start[2]
-        m[7] = ONE
+        m.low = start[2]
+        m.high = start[2]
+        m.cosine = ONE
         field, force = load(
             magnets[passage.problem], rpm_pose(drive, passage.begin), head_position(state), moment_of(body, state)
         )
         for k in range(passage.steps):
             t = passage.begin + wp.float64(k) * dt
-            k0 = balance_rates(body, state, force, field)
-            state, error = trial(body, drive, magnets[passage.problem], clock, t, dt, state, k0)
+            k0 = balance(body, around, state, force, field)
+            state, error = trial(body, around, drive, magnets[passage.problem], control, t, dt, state, k0)
             t += dt
             moving = to_moving(drive, t, state)
-            slip = wp.vec3d()
             if not free:
                 slip = head_position(moving) - head_position(start)
                 moving = shifted(moving, -slip)
@@ -143,7 +142,7 @@ def build_pass(magnet_model: Callable[..., Any], held: bool) -> wp.Kernel:
             field, force = load(
                 magnets[passage.problem], rpm_pose(drive, t), head_position(state), moment_of(body, state)
             )
-            m = with_step(m, weight, moving, lag_vector(field, state), slip)
+            m = with_step(m, weight, moving, lag_vector(field, state))
         results[i] = moving
         measures[i] = m
 

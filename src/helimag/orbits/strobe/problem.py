@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
@@ -12,9 +12,16 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from helimag.engine.kernels import ready
-from helimag.engine.packing import arm_position, pack_bodies, pack_drives, pack_magnets
-from helimag.engine.simulation import MAGNET_MODELS
+from helimag.engine import (
+    DOP853,
+    System,
+    arm_position,
+    pack_bodies,
+    pack_drives,
+    pack_magnets,
+    ready,
+    system_of,
+)
 from helimag.errors import InputError
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.period import Measures, Passage, build_pass
@@ -25,6 +32,7 @@ from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Measured = NDArray[np.void]  # (n,), with the fields of Measures
 
 STRIDE = 2e-4  # of the finite differences: radians, and shares of the drive's distance
 STEPS_PER_TURN = 12  # at least
@@ -58,8 +66,8 @@ def _threads() -> ThreadPoolExecutor:
 
 
 @cache
-def _kernel(magnet_model: Callable[..., Any], held: bool) -> wp.Kernel:
-    kernel = build_pass(magnet_model, held)
+def _kernel(system: System, held: bool) -> wp.Kernel:
+    kernel = build_pass(system, DOP853, held)
     ready(kernel, "cpu")
     return kernel
 
@@ -86,10 +94,11 @@ class Problem:
         for scenario in scenarios:
             require_periodic(scenario)
         self.scenarios = list(scenarios)
-        self.model = MAGNET_MODELS[scenarios[0].magnet[0].field]
+        self.system = system_of(scenarios[0])
         bodies, self.roll = _packed_bodies(scenarios)
         self._arrays = [
             wp.array(bodies, dtype=Body, device="cpu"),
+            self.system.surround(scenarios, "cpu"),
             pack_drives(scenarios, "cpu"),
             wp.array(pack_magnets(scenarios), dtype=magnetics.Magnet, device="cpu"),
         ]
@@ -115,19 +124,19 @@ class Problem:
 
     def advance(
         self, which: Ints, states: Floats, steps: Ints, begin: Floats, end: Floats, *, held: bool = False
-    ) -> tuple[Floats, Floats]:
+    ) -> tuple[Floats, Measured]:
         """Take states (n, 7) of problems ``which`` (n,) from phase ``begin`` to ``end``, as shares of the period.
 
         Returns
         -------
         states, measures
-            (n, 7) and (n, 11), see :data:`helimag.orbits.strobe.period.Measures`.
+            (n, 7), and (n,) with the fields of :class:`helimag.orbits.strobe.period.Measures`.
         """
         passages: Any = np.zeros(len(which), dtype=Passage.numpy_dtype())  # type: ignore[attr-defined]
         passages["problem"], passages["steps"] = which, steps
         passages["begin"], passages["end"] = begin * self.period[which], end * self.period[which]
-        kernel = _kernel(self.model, held)
-        results, measures = np.empty((len(which), 7)), np.empty((len(which), 11))
+        kernel = _kernel(self.system, held)
+        results, measures = np.empty((len(which), 7)), no_measures(len(which))
 
         def work(part: slice) -> None:
             self._launch(kernel, passages[part], states[part], results[part], measures[part])
@@ -140,16 +149,16 @@ class Problem:
         return results, measures
 
     def _launch(
-        self, kernel: wp.Kernel, passages: NDArray[np.void], states: Floats, results: Floats, measures: Floats
+        self, kernel: wp.Kernel, passages: NDArray[np.void], states: Floats, results: Floats, measures: Measured
     ) -> None:
         out = wp.zeros(len(passages), dtype=State, device="cpu"), wp.zeros(len(passages), dtype=Measures, device="cpu")
         given = wp.array(passages, dtype=Passage, device="cpu"), wp.array(states, dtype=State, device="cpu")
         wp.launch(kernel, dim=len(passages), inputs=[*self._arrays, *given, *out], device="cpu")
         results[:], measures[:] = out[0].numpy(), out[1].numpy()
 
-    def map(self, which: Ints, states: Floats, *, periods: int = 1, held: bool = False) -> tuple[Floats, Floats]:
+    def map(self, which: Ints, states: Floats, *, periods: int = 1, held: bool = False) -> tuple[Floats, Measured]:
         """States after some whole periods, and the measures of the last one."""
-        measures = np.empty((len(which), 11))
+        measures = no_measures(len(which))
         for _ in range(periods):
             zero = np.zeros(len(which))
             states, measures = self.advance(which, states, self.steps(which, states), zero, zero + 1.0, held=held)
@@ -165,7 +174,7 @@ class Problem:
         steps: Ints | None = None,
         columns: Sequence[int] = range(6),
         held: bool = False,
-    ) -> tuple[Floats, Floats, Floats]:
+    ) -> tuple[Floats, Floats, Measured]:
         """The map at each state with its Jacobian, in the chart around the state, by central differences.
 
         Parameters
@@ -176,7 +185,7 @@ class Problem:
         Returns
         -------
         value, jacobian, measures
-            (n, 6), (n, 6, 6), (n, 11). The value is where the state's image lies in the chart around the state. Columns
+            (n, 6), (n, 6, 6), (n,). The value is where the state's image lies in the chart around the state. Columns
             of the Jacobian that were not asked for are zero.
         """
         count, many = len(which), 1 + 2 * len(columns)
@@ -196,7 +205,13 @@ class Problem:
         jacobian = np.zeros((count, 6, 6))
         half = len(columns)
         jacobian[:, :, list(columns)] = np.swapaxes(away[:, :half] - away[:, half:], 1, 2) / (2.0 * STRIDE)
-        return value, jacobian, measures.reshape(count, many, 11)[:, 0]
+        return value, jacobian, measures.reshape(count, many)[:, 0]
+
+
+def no_measures(count: int) -> Measured:
+    """Room for the measures of so many passages."""
+    dtype: Any = Measures.numpy_dtype()  # type: ignore[attr-defined]
+    return np.zeros(count, dtype=dtype)
 
 
 def _halves(which: Ints) -> list[slice]:
@@ -217,6 +232,6 @@ def _packed_bodies(scenarios: Sequence[Scenario]) -> tuple[NDArray[np.void], Flo
             seen[key] = len(firsts)
             firsts.append(scenario)
     bodies = pack_bodies(firsts)[[seen[key] for key in keys]]
-    moments = np.array([math.fsum(abs(magnet.moment) for magnet in scenario.magnet) for scenario in scenarios])
+    moments = np.array([math.fsum(magnet.dipole_moment for magnet in scenario.magnet) for scenario in scenarios])
     spin = bodies["mobility"].reshape(len(keys), 6, 6)[:, 3, 3]
     return bodies, 2e-7 * moments * bodies["magnetic_moment"] * spin

@@ -7,11 +7,11 @@ from itertools import product
 
 import numpy as np
 
-from helimag.engine.loop import Status
-from helimag.engine.simulation import TOLERANCE, advance
-from helimag.orbits.strobe import chart
+from helimag.engine import TOLERANCE, advance
+from helimag.geometry import long_axes, quaternion_product, turn
 from helimag.orbits.strobe.newton import solve
 from helimag.orbits.strobe.problem import Floats, Ints, Problem
+from helimag.outcomes import End
 from helimag.physics import evaluate
 from helimag.physics.magnetics import dipole_field
 from helimag.scenario import Scenario, Workspace
@@ -25,7 +25,7 @@ class Strobed:
 
     times: Floats
     states: Floats
-    status: Status
+    status: End
     end: float
 
 
@@ -90,12 +90,10 @@ def to_lab(scenario: Scenario, times: Floats, states: Floats) -> Floats:
 
 def turned(states: Floats, angles: Floats) -> Floats:
     """States turned about the z axis by ``angles`` (n,)."""
-    cos, sin = np.cos(angles), np.sin(angles)
-    x, y, z = states[:, :3].T
     zero = np.zeros_like(angles)
-    turn = np.stack([np.cos(angles / 2.0), zero, zero, np.sin(angles / 2.0)], axis=1)
-    position = np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=1)
-    return np.concatenate([position, chart.product(turn, states[:, 3:])], axis=1)
+    about_z = np.stack([np.cos(angles / 2.0), zero, zero, np.sin(angles / 2.0)], axis=1)
+    position = np.einsum("nij,nj->ni", turn(2, angles), states[:, :3])
+    return np.concatenate([position, quaternion_product(about_z, states[:, 3:])], axis=1)
 
 
 def default_box(scenario: Scenario, arm: Floats) -> tuple[Floats, Floats]:
@@ -141,20 +139,14 @@ def attitudes(problem: Problem, one: int, places: Floats, sense: float = 1.0) ->
 def sense_of(problem: Problem, state: Floats) -> float:
     """Which way along the field's axis the nose of a state (7,) points: 1 as when a run starts, -1 the other way."""
     guess = attitudes(problem, 0, state[None, :3])
-    return 1.0 if float(np.dot(long_axes(guess)[0], long_axes(state[None])[0])) >= 0.0 else -1.0
-
-
-def long_axes(states: Floats) -> Floats:
-    """Unit vectors (n, 3) from helix to head: the first columns of the rotation matrices."""
-    w, x, y, z = states[:, 3:].T
-    return np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)], axis=1)
+    return 1.0 if float(np.dot(long_axes(guess[0, 3:]), long_axes(state[3:]))) >= 0.0 else -1.0
 
 
 def settle(problem: Problem, which: Ints, states: Floats) -> tuple[Floats, np.ndarray]:
     """States with their places kept and the attitude that repeats itself there; and where that was found."""
     begun, _ = problem.map(which, states, periods=SETTLING, held=True)
     solved = solve(problem, which, begun, held=True)
-    return solved.states, solved.converged & (solved.measures[:, 7] > 0.0)
+    return solved.states, solved.converged & (solved.measures["cosine"] > 0.0)
 
 
 def _quaternions(long_axis: Floats, side: Floats) -> Floats:

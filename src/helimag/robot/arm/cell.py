@@ -4,24 +4,22 @@ import math
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from helimag.errors import FileError, InputError
+from helimag.errors import InputError
 from helimag.files import toml_tables
 from helimag.robot.arm.frames import frame, tool_rotation
-from helimag.scenario._device import Part
-from helimag.scenario._fields import Acceleration, Angle, AngularRate, Length, Size
-from helimag.scenario._scenario import messages
+from helimag.robot.models import model_of, named_tables
+from helimag.scenario import Acceleration, Angle, AngularRate, Length, Part, Size
 
 Floats = NDArray[np.float64]
 Six = tuple[Angle, Angle, Angle, Angle, Angle, Angle]
 SixRates = tuple[AngularRate, AngularRate, AngularRate, AngularRate, AngularRate, AngularRate]
 Point = tuple[Length, Length, Length]
-Model = TypeVar("Model", bound=Part)
 
 
 class Links(Part):
@@ -158,8 +156,8 @@ def load_arm(arm: str | Path) -> Arm:
     """
     packaged = resources.files("helimag.robot") / "data" / f"{arm}.toml"
     if str(arm).isidentifier() and packaged.is_file():
-        return _model(Arm, toml_tables(packaged.read_text(encoding="utf-8"), str(arm)), str(arm))
-    return _model(Arm, toml_tables(_text(Path(arm), "arm"), str(arm)), str(arm))
+        return model_of(Arm, toml_tables(packaged.read_text(encoding="utf-8"), str(arm)), str(arm))
+    return model_of(Arm, named_tables(Path(arm), "arm"), str(arm))
 
 
 def load_cell(cell: str | Path | None = None) -> Cell:
@@ -173,31 +171,13 @@ def load_cell(cell: str | Path | None = None) -> Cell:
         Where it is not a cell.
     """
     if cell is None:
-        folder = None
-        source = "default cell"
+        folder, source = None, "default cell"
         text = (resources.files("helimag.robot") / "data" / "default_cell.toml").read_text(encoding="utf-8")
+        data = toml_tables(text, source)
     else:
-        folder, source, text = Path(cell).parent, str(cell), _text(Path(cell), "cell")
-    data = toml_tables(text, source)
+        folder, source = Path(cell).parent, str(cell)
+        data = named_tables(Path(cell), "cell")
     if isinstance(data.get("arm"), str):
         beside = None if folder is None else folder / data["arm"]
         data["arm"] = load_arm(beside if beside is not None and beside.is_file() else data["arm"])
-    return _model(Cell, data, source)
-
-
-def _text(path: Path, what: str) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise FileError(f"{what} must be a TOML file or a name that helimag knows; '{path}' is neither") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file") from None
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-
-
-def _model(kind: type[Model], data: dict[str, Any], source: str) -> Model:
-    try:
-        return kind.model_validate(data, context={"file": True})
-    except ValidationError as error:
-        raise InputError(f"{source}: {'; '.join(messages(error))}") from None
+    return model_of(Cell, data, source)

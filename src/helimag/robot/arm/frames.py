@@ -1,4 +1,4 @@
-"""Rotations and frames as NumPy arrays, in KUKA's angles: A about z, then B about the new y, then C about the new x."""
+"""Frames as NumPy arrays, in KUKA's angles: A about z, then B about the new y, then C about the new x."""
 
 from collections.abc import Sequence
 
@@ -8,26 +8,19 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 
 
-def turn(axis: int, angle: ArrayLike) -> Floats:
-    """Rotation matrices (..., 3, 3) about coordinate axis 0, 1 or 2 by angles (...,) in radians."""
-    angle = np.asarray(angle, dtype=np.float64)
-    cos, sin = np.cos(angle), np.sin(angle)
-    result = np.zeros((*angle.shape, 3, 3))
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    result[..., axis, axis] = 1.0
-    result[..., i, i] = result[..., j, j] = cos
-    result[..., j, i], result[..., i, j] = sin, -sin
-    return result
-
-
 def rotation(abc: ArrayLike) -> Floats:
     """Rotation matrices (..., 3, 3) of angles A, B, C (..., 3) in radians: Rz(A) Ry(B) Rx(C)."""
+    from scipy.spatial.transform import Rotation
+
     abc = np.asarray(abc, dtype=np.float64)
-    return turn(2, abc[..., 0]) @ turn(1, abc[..., 1]) @ turn(0, abc[..., 2])
+    return np.asarray(Rotation.from_euler("ZYX", abc.reshape(-1, 3)).as_matrix()).reshape(*abc.shape[:-1], 3, 3)
 
 
 def angles(matrix: Floats) -> Floats:
-    """Angles A, B, C (..., 3) in radians of rotation matrices (..., 3, 3); C is zero where B is upright."""
+    """Angles A, B, C (..., 3) in radians of rotation matrices (..., 3, 3); C is zero where B is upright.
+
+    Not SciPy's ``as_euler``: it warns there, is 6 to 14 times slower, and takes 1e-7 rad from upright as upright.
+    """
     level = np.hypot(matrix[..., 0, 0], matrix[..., 1, 0])
     upright = level < 1e-9
     a = np.where(
@@ -78,35 +71,15 @@ def tool_rotation(axis: Floats) -> Floats:
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def rotation_angle(first: Floats, second: Floats) -> Floats:
-    """Angles (...,) in radians between rotations (..., 3, 3), accurate down to zero."""
-    difference = np.swapaxes(first, -1, -2) @ second
-    skew = difference - np.swapaxes(difference, -1, -2)
-    sine = 0.5 * np.sqrt(skew[..., 2, 1] ** 2 + skew[..., 0, 2] ** 2 + skew[..., 1, 0] ** 2)
-    cosine = 0.5 * (np.trace(difference, axis1=-2, axis2=-1) - 1.0)
-    return np.asarray(np.arctan2(sine, cosine))
-
-
 def turn_vector(vector: Floats) -> Floats:
-    """Rotations (..., 3, 3) about vectors (..., 3) by their lengths in radians (Rodrigues' formula)."""
-    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
-    x, y, z = np.moveaxis(vector, -1, 0)
-    zero = np.zeros_like(x)
-    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*vector.shape[:-1], 3, 3)
-    return np.asarray(
-        np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * cross @ cross
-    )
+    """Rotations (..., 3, 3) about vectors (..., 3) by their lengths in radians."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_rotvec(vector.reshape(-1, 3)).as_matrix()).reshape(*vector.shape[:-1], 3, 3)
 
 
 def vector_turn(matrix: Floats) -> Floats:
     """The vector (3,) about which a rotation (3, 3) turns, its length the angle in radians, at most half a turn."""
-    skew = 0.5 * np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
-    sine, cosine = float(np.linalg.norm(skew)), 0.5 * (float(np.trace(matrix)) - 1.0)
-    angle = float(np.arctan2(sine, cosine))
-    if sine > 1e-7:
-        return skew * (angle / sine)
-    if cosine > 0.0:
-        return skew
-    symmetric = (matrix + np.eye(3)) / 2.0
-    column = symmetric[:, int(np.argmax(np.diag(symmetric)))]
-    return np.asarray(angle * column / np.linalg.norm(column))
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(matrix).as_rotvec())

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.geometry import turn
 from helimag.robot.arm.cell import Arm
-from helimag.robot.arm.frames import frames, turn
+from helimag.robot.arm.frames import frames
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.robot.arm.frames import frames, turn
+from helimag.geometry import Poses, magnet_motion, magnet_start, turn
+from helimag.robot.arm.frames import frames
 from helimag.scenario import Drive, Scenario
 from helimag.scenario import Path as SampledPath
 
@@ -24,24 +25,6 @@ SLEW = 3e-7  # rad; how far a steady turn may leave an unsteady one
 ARC = math.pi / 2.0  # longest piece of a circle
 TURN = math.radians(5.0)  # longest turn between two points: controllers differ in how they turn a tilted tool
 STILL = 1e-4  # m; a smaller circle is programmed as turns: single precision could not time its arcs
-
-
-@dataclass(frozen=True)
-class Poses:
-    """Timed poses of the magnet in the lab frame: (n,) seconds, (n, 3) m, (n, 3, 3), and the spin angle (n,) rad.
-
-    The first column of ``rotation`` is the rotation axis; the moment is at ``rotation @ (0, cos spin, sin spin)``.
-    """
-
-    time: Floats
-    position: Floats
-    rotation: Floats
-    spin: Floats
-
-    @property
-    def axis(self) -> Floats:
-        """Rotation axis (n, 3)."""
-        return self.rotation[..., :, 0]
 
 
 class Kind(StrEnum):
@@ -76,30 +59,19 @@ class MagnetPath:
 def magnet_path(scenario: Scenario) -> MagnetPath:
     """The magnet's path in a scenario: eqs (1)-(3) with either reading of pitch, or its samples."""
     drive, duration = scenario.drive, scenario.run.duration
-    if drive.path is not None:
-        return _sampled_path(scenario, drive.path)
-
-    def at(times: Floats) -> Poses:
-        return drive_poses(drive, times)
-
-    return MagnetPath(duration, drive.frequency, at, _drive_motions(drive, duration), drive.yaw_rate)
+    motions = _drive_motions(drive, duration) if drive.path is None else _sampled_motions(drive, drive.path, duration)
+    return MagnetPath(duration, drive.frequency, magnet_motion(drive), motions, drive.yaw_rate)
 
 
-def _sampled_path(scenario: Scenario, path: SampledPath) -> MagnetPath:
+def _sampled_motions(drive: Drive, path: SampledPath, duration: float) -> tuple[Motion, ...]:
     """A path through samples, cut into straight pieces short enough for its bends and for its changes of speed."""
-    drive, duration = scenario.drive, scenario.run.duration
     spline = path.spline(drive.pitch)
-
-    def at(times: Floats) -> Poses:
-        values = spline(times)
-        turned = turn(2, values[:, 3]) @ turn(1, -values[:, 4])
-        return Poses(times, values[:, :3], turned, 2.0 * math.pi * drive.frequency * times + values[:, 5])
-
     knots = np.append(spline.x[spline.x < duration * (1.0 - 1e-12)], duration)
-    ends: list[Motion] = []
-    for begin, end in pairwise(knots.tolist()):
-        ends.extend(pieces(Kind.LINE, end, _longest_piece(spline, begin, end), begin))
-    return MagnetPath(duration, drive.frequency, at, tuple(ends), 0.0)
+    return tuple(
+        piece
+        for begin, end in pairwise(knots.tolist())
+        for piece in pieces(Kind.LINE, end, _longest_piece(spline, begin, end), begin)
+    )
 
 
 def _longest_piece(spline: "CubicSpline", begin: float, end: float) -> float:
@@ -115,24 +87,11 @@ def _longest_piece(spline: "CubicSpline", begin: float, end: float) -> float:
     return min(limits)
 
 
-def drive_poses(drive: Drive, times: Floats) -> Poses:
-    """Poses at times (n,) in s: position R_z(yaw) p0 + v t, rotation R_z(yaw) R_y(-pitch), eqs (1)-(3)."""
-    yawing = turn(2, drive.yaw_rate * times)
-    position = np.einsum("nij,j->ni", yawing, start_position(drive)) + times[:, None] * np.array(drive.velocity)
-    return Poses(times, position, yawing @ turn(1, -drive.pitch), 2.0 * math.pi * drive.frequency * times)
-
-
-def start_position(drive: Drive) -> Floats:
-    """The magnet's centre at t = 0 (3,) in m: above the device, and swung by pitch if about the origin."""
-    above = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
-    return np.asarray(above if drive.pitch_about == "magnet" else turn(1, -drive.pitch) @ above)
-
-
 def _drive_motions(drive: Drive, duration: float) -> tuple[Motion, ...]:
     moving = any(drive.velocity)
     if drive.yaw_rate == 0.0:
         return (Motion(Kind.LINE if moving else Kind.HOLD, 0.0, duration),)
-    radius = math.hypot(*start_position(drive)[:2])
+    radius = math.hypot(*magnet_start(drive)[:2])
     rate = abs(drive.yaw_rate)
     if not moving:
         arc = radius > STILL

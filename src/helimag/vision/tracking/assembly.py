@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.runs.gain import End
+from helimag.outcomes import End
 from helimag.runs.smoothing import DEGREE, POINTS, sharpened, smooth
 from helimag.runs.trajectory import Trajectory, versions
 from helimag.vision.cameras import Rig

@@ -6,15 +6,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
 from helimag.errors import InputError
-from helimag.scenario import Scenario, load
-from helimag.scenario._fields import Quantity
+from helimag.scenario import Input, Parameters, Scenario, check_apart, load, varied
 from helimag.sweeps.plan import Axis, Plan
 
 Floats = NDArray[np.float64]
@@ -23,7 +22,6 @@ Value = float | str
 LARGEST_CHUNK = 64  # runs: what a kill may cost, and what is held in memory at once for each worker
 SMALLEST_CHUNK = 8
 CHUNKS = 16  # aimed at, so that a small sweep uses several cores too
-SPEED = "drive.speed"
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class ResolvedAxis:
 
 
 @dataclass(frozen=True)
-class Design:
+class ResolvedPlan:
     """All points of a sweep: ``shape`` gives the length of each dimension."""
 
     plan: Plan
@@ -96,12 +94,14 @@ class Design:
         InputError
             Where the values do not make a scenario.
         """
-        changes: dict[str, object] = {field: value for field, value in values.items() if field != SPEED}
-        if SPEED in values:
-            changes["drive.velocity"] = _velocity(self.base, float(values[SPEED]))
         duration = float(values.get("run.duration", self.base.run.duration))
-        changes["run.interval"] = min(self.plan.trajectory or duration / self.plan.samples, duration)
-        return self.base.replaced(changes)
+        interval = min(self.plan.trajectory or duration / self.plan.samples, duration)
+        return varied(self.base, {**values, "run.interval": interval})
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The axes as a vector within their bounds, of a plan that samples or chooses its points."""
+        return Parameters.within(self.base, {axis.field: axis.bounds for axis in self.axes if axis.bounds})
 
     @cached_property
     def identity(self) -> dict[str, Any]:
@@ -111,7 +111,7 @@ class Design:
         return dict(_flat({**plan, "scenario": json.loads(json.dumps(base))}))
 
 
-def resolve(plan: Plan) -> Design:
+def resolve(plan: Plan) -> ResolvedPlan:
     """Load the base, apply the changes and turn the axes into SI.
 
     Raises
@@ -125,16 +125,17 @@ def resolve(plan: Plan) -> Design:
     if plan.duration is not None:
         changes["run.duration"] = plan.duration
     base = load(plan.base) if isinstance(plan.base, str) else plan.base
-    base = base.replaced(changes) if changes else base
-    names = _names([axis.field for axis in plan.axis])
+    base = varied(base, changes) if changes else base
+    _check_fields(plan, base)
     if plan.sample is not None or plan.boundary is not None:
         size = plan.sample.count if plan.sample else plan.boundary.budget if plan.boundary else 0
-        return Design(plan, base, _spread(plan, base, names), {"point": size})
+        return ResolvedPlan(plan, base, _spread(plan, base), {"point": size})
     axes: list[ResolvedAxis] = []
     shape: dict[str, int] = {}
-    for axis, name in zip(plan.axis, names, strict=True):
-        kind = kind_of(base, axis.field)
-        values = _values(axis, kind)
+    for axis in plan.axis:
+        given = Input(axis.field)
+        kind, name = _kind(given, base), given.label
+        values = _values(axis, given, base)
         dimension = axis.zip or name
         if shape.setdefault(dimension, len(values)) != len(values):
             raise InputError(
@@ -145,26 +146,38 @@ def resolve(plan: Plan) -> Design:
         axes.append(ResolvedAxis(axis.field, name, dimension, kind, values))
     if set(shape) & {axis.name for axis in axes if axis.name != axis.dimension}:
         raise InputError("the name of a zip must not be an axis' name")
-    return Design(plan, base, tuple(axes), shape)
+    return ResolvedPlan(plan, base, tuple(axes), shape)
 
 
-def _spread(plan: Plan, base: Scenario, names: list[str]) -> tuple[ResolvedAxis, ...]:
+def _check_fields(plan: Plan, base: Scenario) -> None:
+    """Raise InputError where an axis is no input that a sweep can run through, or two change the same field."""
+    for axis in plan.axis:
+        if axis.field == "run.interval":
+            raise InputError("axis 'run.interval' has no effect: the plan's own samples or trajectory decide it")
+        if axis.form == "list":
+            Input(axis.field).choices(base)
+        else:
+            Input(axis.field).check(base)
+    check_apart({axis.field: axis for axis in plan.axis})
+
+
+def _kind(given: Input, base: Scenario) -> q.Kind | None:
+    return None if given.choices(base) else given.kind(base)
+
+
+def _spread(plan: Plan, base: Scenario) -> tuple[ResolvedAxis, ...]:
     """The axes of a plan whose points are sampled now, or chosen on the way."""
-    kinds = [kind_of(base, axis.field) for axis in plan.axis]
-    bounds = [
-        (_number(axis, "start", kind), _number(axis, "stop", kind)) for axis, kind in zip(plan.axis, kinds, strict=True)
-    ]
-    for axis, (low, high) in zip(plan.axis, bounds, strict=True):
+    bounds: dict[str, tuple[float, float]] = {}
+    for axis in plan.axis:
+        low, high = (_number(axis, part, Input(axis.field), base) for part in ("start", "stop"))
         if not low < high:
             raise InputError(f"axis '{axis.field}' must have a start below its stop; got {axis.start} and {axis.stop}")
-    unit = _unit_points(plan)
-    columns = [
-        tuple((low + (high - low) * unit[:, i]).tolist()) if unit is not None else ()
-        for i, (low, high) in enumerate(bounds)
-    ]
+        bounds[axis.field] = low, high
+    parameters, unit = Parameters.within(base, bounds), _unit_points(plan)
+    points = np.empty((0, len(bounds))) if unit is None else parameters.from_unit(unit)
     return tuple(
-        ResolvedAxis(axis.field, name, "point", kind, column, bound)
-        for axis, name, kind, column, bound in zip(plan.axis, names, kinds, columns, bounds, strict=True)
+        ResolvedAxis(given.path, given.label, "point", given.kind(base), tuple(column), bounds[given.path])
+        for given, column in zip(parameters.inputs, points.T.tolist(), strict=True)
     )
 
 
@@ -182,68 +195,32 @@ def _unit_points(plan: Plan) -> Floats | None:
     return np.asarray(qmc.Sobol(dimensions, rng=plan.sample.seed).random_base2(powers)[:count])
 
 
-def kind_of(scenario: Scenario, field: str) -> q.Kind | None:
-    """The physical kind of a scenario's field; None for a field without a unit.
-
-    Raises
-    ------
-    InputError
-        Where there is no such field, or it is not a single value.
-    """
-    if field == SPEED:
-        return q.VELOCITY
-    at: Any = scenario
-    *parents, last = field.split(".")
-    for step in parents:
-        at = getattr(at, step, None) if step in getattr(type(at), "model_fields", {}) else None
-        if isinstance(at, tuple) and step == "magnet" and len(at) == 1:
-            at = at[0]
-    fields = getattr(type(at), "model_fields", {})
-    if last not in fields:
-        scenario.replaced({field: 0.0})  # its message names what is there instead
-        raise InputError(f"'{field}' is not a single field of the scenario")
-    marks = [*fields[last].metadata, *(m for arg in get_args(fields[last].annotation) for m in get_args(arg)[1:])]
-    found = [mark.kind for mark in marks if isinstance(mark, Quantity)]
-    if isinstance(getattr(at, last), tuple) or hasattr(getattr(at, last), "model_fields"):
-        raise InputError(f"axis '{field}' must be a single value of the scenario; name one of its parts")
-    return found[0] if found else None
-
-
-def _names(fields: list[str]) -> list[str]:
-    """Coordinate names: the drive's own (``pitch``), others with their part (``helix_pitch``)."""
-    return [
-        field.removeprefix("drive.") if field.startswith("drive.") else "_".join(field.split(".")[1:]) or field
-        for field in fields
-    ]
-
-
-def _read(value: Value, kind: q.Kind | None, where: str) -> Value:
-    """A value in SI; text stays text in a field without a unit."""
-    if kind is None:
+def _read(value: Value, given: Input, base: Scenario, where: str) -> Value:
+    """A value in SI; a word stays one."""
+    if given.choices(base):
         return value
+    kind = given.kind(base)
+    if kind is not None and not isinstance(value, str):
+        raise InputError(f"{where} must be {kind.name} written with its unit, such as '{kind.example}'; got {value!r}")
     try:
-        if isinstance(value, str):
-            return q.parse(value, kind)
+        return given.parsed(base, value) if isinstance(value, str) else value
     except InputError as error:
         raise InputError(f"{where} {error}") from None
-    raise InputError(f"{where} must be {kind.name} written with its unit, such as '{kind.example}'; got {value!r}")
 
 
-def _number(axis: Axis, part: str, kind: q.Kind | None) -> float:
-    value = _read(getattr(axis, part), kind, f"axis '{axis.field}': {part}")
-    if isinstance(value, str):
-        raise InputError(f"axis '{axis.field}' has no numbers in between; give its values as a list")
-    return value
+def _number(axis: Axis, part: str, given: Input, base: Scenario) -> float:
+    return float(_read(getattr(axis, part), given, base, f"axis '{axis.field}': {part}"))
 
 
-def _values(axis: Axis, kind: q.Kind | None) -> tuple[Value, ...]:
+def _values(axis: Axis, given: Input, base: Scenario) -> tuple[Value, ...]:
     """What an axis runs through, in SI."""
     if axis.values is not None:
-        return tuple(_read(value, kind, f"axis '{axis.field}':") for value in axis.values)
-    start, stop = _number(axis, "start", kind), _number(axis, "stop", kind)
+        return tuple(_read(value, given, base, f"axis '{axis.field}':") for value in axis.values)
+    kind = given.kind(base)
+    start, stop = (_number(axis, part, given, base) for part in ("start", "stop"))
     if axis.count is not None:
         return tuple(_clean(value, kind) for value in np.linspace(start, stop, axis.count))
-    step = _number(axis, "step", kind)
+    step = _number(axis, "step", given, base)
     if not (step != 0.0 and (stop - start) / step >= 0.0):
         raise InputError(f"axis '{axis.field}' must have a step that leads from start to stop; got {axis.step}")
     count = math.floor((stop - start) / step + 1e-9) + 1
@@ -255,12 +232,6 @@ def _clean(value: float, kind: q.Kind | None) -> float:
     if kind is None:
         return float(f"{value:.12g}")
     return q.parse(f"{value / q.parse(f'1 {kind.shown}', kind):.12g} {kind.shown}", kind)
-
-
-def _velocity(base: Scenario, speed: float) -> tuple[float, float, float]:
-    x, y, z = base.drive.velocity
-    length = math.hypot(x, y, z)
-    return (speed, 0.0, 0.0) if length == 0.0 else (x / length * speed, y / length * speed, z / length * speed)
 
 
 def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

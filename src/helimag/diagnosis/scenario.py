@@ -1,0 +1,174 @@
+"""What can be said of a scenario without running it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.checks import Check, examine, field_axis, step_out_frequency
+from helimag.diagnosis.turn import over_a_turn
+from helimag.geometry import magnet_start
+from helimag.hydrodynamics import mobility, net_weight, resistance
+from helimag.hydrodynamics.motion import advance_per_turn, roll_resistance, sinking_speeds
+from helimag.scenario import MARKS, Scenario
+
+Floats = NDArray[np.float64]
+
+FARTHEST = 10.0  # m; a balance farther away than this is none
+
+
+@dataclass(frozen=True)
+class Travel:
+    """How a device goes with its long axis along ``nose`` (unit vector to the head, lab frame).
+
+    ``leads`` is the end in front as the drive carries it along, ``swims`` the end towards which its own turning drives
+    it: ``"nose"`` or ``"tail"``, and ``leads`` None where the drive stands still. ``thrust`` is the direction of its
+    swimming.
+    """
+
+    nose: Floats
+    leads: str | None
+    swims: str
+    thrust: Floats
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """A scenario explained; SI, radians, lab frame.
+
+    ``pull`` is the magnetic force at the start, mean over a turn, on a device in step, and ``field`` the weakest and
+    strongest flux density of that turn. ``balance_distance`` is where, straight below the magnet, that pull carries the
+    net weight: None where it does nowhere. ``advance`` is swum in a turn by rolling alone, towards the nose where
+    positive for a right-handed roll. ``sinking`` is level and upright. ``roll_rates`` are those at which an error of
+    roll relaxes in the weakest and the strongest field of a turn, in step.
+    """
+
+    scenario: Scenario
+    pull: Floats
+    net_weight: float
+    field: tuple[float, float]
+    start_distance: float
+    balance_distance: float | None
+    step_out_frequency: float
+    advance: float
+    sinking: tuple[float, float]
+    roll_rates: tuple[float, float]
+    at_start: Travel
+    settled: Travel
+    sources: dict[str, list[str]]
+    checks: list[Check]
+
+    @property
+    def net_force(self) -> Floats:
+        """Pull and net weight together (N)."""
+        net: Floats = self.pull - np.array([0.0, 0.0, self.net_weight])
+        return net
+
+    @property
+    def moment(self) -> tuple[float, float | None]:
+        """Sum of the magnets' moments (A m^2), and half its range: None where that of one is not known."""
+        magnets = self.scenario.magnet
+        ranges = [magnet.dipole_moment_uncertainty for magnet in magnets]
+        known = [half for half in ranges if half is not None]
+        total = math.fsum(magnet.dipole_moment for magnet in magnets)
+        return total, math.fsum(known) if len(known) == len(magnets) else None
+
+    @property
+    def margin(self) -> float:
+        """Step-out frequency over the drive's."""
+        return self.step_out_frequency / abs(self.scenario.drive.frequency)
+
+    @property
+    def swimming_speed(self) -> float:
+        """Along the long axis at the drive's frequency (m/s)."""
+        return abs(self.advance * self.scenario.drive.frequency)
+
+
+def diagnose(scenario: Scenario) -> Diagnosis:
+    """Explain a scenario from its start, without running it.
+
+    Raises
+    ------
+    InputError
+        Where drag or weight cannot be computed.
+    """
+    matrix = resistance(scenario.device, scenario.fluid)
+    inverse = mobility(matrix)
+    weight, _ = net_weight(scenario.device, scenario.fluid)
+    away = np.array(scenario.drive.start) - magnet_start(scenario.drive)
+    fields, forces = over_a_turn(scenario, away[None])
+    strengths = np.linalg.norm(fields[0], axis=1)
+    field = float(strengths.min()), float(strengths.max())
+    stiffness = scenario.device.magnetic_moment / roll_resistance(inverse)
+    advance = advance_per_turn(inverse)
+    axis = field_axis(scenario) * math.copysign(1.0, scenario.drive.frequency)
+    level = np.array([1.0, 0.0, 0.0])  # every run starts level along x
+    return Diagnosis(
+        scenario=scenario,
+        pull=forces[0].mean(axis=0),
+        net_weight=weight,
+        field=field,
+        start_distance=float(np.linalg.norm(away)),
+        balance_distance=balance_distance(scenario, weight),
+        step_out_frequency=step_out_frequency(scenario),
+        advance=advance,
+        sinking=sinking_speeds(matrix, weight),
+        roll_rates=(stiffness * field[0], stiffness * field[1]),
+        at_start=travel(scenario, level, axis, advance),
+        settled=travel(scenario, math.copysign(1.0, float(axis @ level)) * axis, axis, advance),
+        sources=sources(scenario),
+        checks=examine(scenario),
+    )
+
+
+def balance_distance(scenario: Scenario, weight: float) -> float | None:
+    """Distance (m) straight below the magnet at which the mean pull in step carries ``weight`` (N); None if nowhere."""
+    from scipy.optimize import brentq
+
+    def surplus(distance: float) -> float:
+        _, forces = over_a_turn(scenario, np.array([[0.0, 0.0, -distance]]))
+        return float(forces[0, :, 2].mean()) - weight
+
+    nearest = scenario.contact_distance
+    if weight <= 0.0 or surplus(nearest) < 0.0 or surplus(FARTHEST) > 0.0:
+        return None
+    return float(brentq(surplus, nearest, FARTHEST, xtol=1e-9, rtol=1e-12))
+
+
+def travel(scenario: Scenario, nose: Floats, axis: Floats, advance: float) -> Travel:
+    """Which end leads, and which way it swims, with the long axis along ``nose`` and the field turning about ``axis``.
+
+    The device rolls with the field, so its roll is right-handed about the nose where the two agree. A settled device
+    lies along the axis of the field, on the side that is nearer to its start.
+    """
+    carried = carrying_velocity(scenario) @ nose
+    towards_nose = advance * float(nose @ axis) > 0.0
+    return Travel(
+        nose=nose,
+        leads=None if carried == 0.0 else "nose" if carried > 0.0 else "tail",
+        swims="nose" if towards_nose else "tail",
+        thrust=nose if towards_nose else -nose,
+    )
+
+
+def carrying_velocity(scenario: Scenario) -> Floats:
+    """Velocity (m/s) at the start that keeps a device where it is below the magnet: the drive's, with its yaw."""
+    drive = scenario.drive
+    if drive.path is not None:
+        spline = drive.path.spline(drive.pitch)
+        moving: Floats = np.array(spline(0.0, 1))
+        velocity, yaw_rate, centre = moving[:3], float(moving[3]), magnet_start(drive)
+    else:
+        velocity, yaw_rate, centre = np.array(drive.velocity), drive.yaw_rate, np.zeros(3)
+    x, y, _ = np.array(drive.start) - centre
+    turned: Floats = velocity + yaw_rate * np.array([-y, x, 0.0])
+    return turned
+
+
+def sources(scenario: Scenario) -> dict[str, list[str]]:
+    """Fields by the mark of their provenance."""
+    found: dict[str, list[str]] = {mark: [] for mark in MARKS}
+    for path, mark in scenario.provenance.items():
+        found[mark.partition(":")[0]].append(path)
+    return found

@@ -1,0 +1,145 @@
+"""A few runs with the same formulas: packed once, advanced together launch by launch."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from helimag.engine.control import Control, pack_controls
+from helimag.engine.events import Bounds, pack_bounds
+from helimag.engine.history import History
+from helimag.engine.loop import Progress, build_advance
+from helimag.engine.methods import DOP853, Method
+from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
+from helimag.engine.samples import Record, Schedule, pack_schedules, sample_times
+from helimag.engine.structures import structs
+from helimag.engine.system import System
+from helimag.outcomes import End
+from helimag.physics.balance import Body
+from helimag.physics.magnetics import Magnet
+from helimag.scenario import Scenario
+
+Floats = NDArray[np.float64]
+
+TOLERANCE = 3e-7  # of one step; positions are then within 1e-8 m after 100 s on the reference runs
+FIRST_STEP = 1e-3  # of a turn of the magnet
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How runs are advanced.
+
+    Attributes
+    ----------
+    method
+        What takes the steps.
+    tolerance
+        Of one step, in quaternion components and in positions over the helix' length.
+    device
+        ``"cpu"`` or a CUDA device such as ``"cuda"``.
+    """
+
+    method: Method = DOP853
+    tolerance: float = TOLERANCE
+    device: str = "cpu"
+
+
+def started(scenarios: Sequence[Scenario], states: Floats) -> NDArray[np.void]:
+    """Where runs stand before their first step, from states (n, 7)."""
+    steps = [FIRST_STEP / abs(scenario.drive.frequency) for scenario in scenarios]
+    return structs(Progress, [{"state": s, "step": h} for s, h in zip(states, steps, strict=True)])
+
+
+class Batch:
+    """A few runs that are advanced together.
+
+    Parameters
+    ----------
+    system
+        The formulas, the same for all.
+    scenarios
+        At least one.
+    progress
+        (runs,): where each stands, see :func:`started` and :attr:`History.progress`.
+    settings
+        How they are advanced.
+    records
+        What was recorded of each before, where they go on.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        scenarios: Sequence[Scenario],
+        progress: NDArray[np.void],
+        settings: Settings,
+        records: Sequence[NDArray[np.void]] = (),
+    ) -> None:
+        self.scenarios = scenarios
+        self._device = settings.device
+        self._kernel = build_advance(system, settings.method)
+        self._begun = time.perf_counter()
+        inputs = (
+            (pack_magnets(scenarios), Magnet),
+            (pack_controls(scenarios, settings.tolerance), Control),
+            (pack_bounds(scenarios), Bounds),
+            (pack_schedules(scenarios), Schedule),
+        )
+        self._inputs = [
+            wp.array(pack_bodies(scenarios), dtype=Body, device=settings.device),
+            system.surround(scenarios, settings.device),
+            pack_drives(scenarios, settings.device),
+            *(wp.array(values, dtype=kind, device=settings.device) for values, kind in inputs),
+        ]
+        self._progress = wp.array(progress, dtype=Progress, device=settings.device)
+        self._times = [sample_times(scenario) for scenario in scenarios]
+        most = max(times.size for times in self._times)
+        self._records = wp.zeros((len(scenarios), most), dtype=Record, device=settings.device)
+        for run, known in enumerate(records):
+            if known.size:
+                self._records[run, : known.size].assign(known)
+        self._stand = progress.copy()  # as of the last launch; replaced as a whole, so that other threads may read it
+
+    @property
+    def running(self) -> bool:
+        """Whether any run has not come to its end."""
+        return bool((self._stand["status"] == End.RUNNING).any())
+
+    @property
+    def done(self) -> float:
+        """Simulated seconds that are behind, all runs together; a run that ended early has all of its behind."""
+        durations = [scenario.run.duration for scenario in self.scenarios]
+        return float(np.where(self._stand["status"] == End.RUNNING, self._stand["time"], durations).sum())
+
+    def launch(self, budget: int) -> float:
+        """Let each run try up to ``budget`` steps; how long that took (s)."""
+        begun = time.perf_counter()
+        inputs = [*self._inputs, budget, self._progress, self._records]
+        wp.launch(self._kernel, dim=len(self.scenarios), inputs=inputs, device=self._device)
+        self._stand = self._progress.numpy().copy()
+        return time.perf_counter() - begun
+
+    def histories(self) -> list[History]:
+        """What has been recorded so far; may be called while another thread advances the runs."""
+        stand, records = self._stand, self._records.numpy()
+        share = (time.perf_counter() - self._begun) / len(self.scenarios)
+        return [self._history(run, stand[run], records[run], share) for run in range(len(self.scenarios))]
+
+    def _history(self, run: int, stand: np.void, records: NDArray[np.void], wall_time: float) -> History:
+        status, count = End.of(int(stand["status"])), int(stand["sample"])
+        times = self._times[run][:count].copy()
+        if status is not End.RUNNING:
+            times[-1] = stand["time"]
+        return History(
+            scenario=self.scenarios[run],
+            time=times,
+            records=records[:count].copy(),
+            status=status,
+            steps=int(stand["steps"]),
+            rejected=int(stand["rejected"]),
+            wall_time=wall_time,
+            progress=stand.copy(),
+        )

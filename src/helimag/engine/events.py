@@ -1,0 +1,80 @@
+"""Events: where a run ends, and which end that is."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from helimag.engine.packing import initial_gap
+from helimag.engine.structures import structs
+from helimag.outcomes import End
+from helimag.physics.kinematics import RpmPose, State, head_position, rotation_matrix
+from helimag.physics.magnetics import Magnet
+from helimag.scenario import Scenario
+
+FALL_LIMIT = 2.0  # of the initial gap: a device this far below its start is not followed further
+CONTACT, FALL, FLOOR, SURFACE, WALL = (
+    wp.constant(end.flag) for end in (End.CONTACT, End.FALL, End.FLOOR, End.SURFACE, End.WALL)
+)
+
+
+@wp.struct
+class Bounds:
+    """Where a run ends, lab frame, m; infinite where nothing is there."""
+
+    contact: wp.float64  # between the centres of head and magnet
+    fall: wp.float64  # height of the head
+    low: wp.vec3d
+    high: wp.vec3d
+    tail: wp.float64  # from the head's centre back to the end of the helix
+    head_radius: wp.float64
+    tail_radius: wp.float64
+
+
+def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
+    """Where each run ends, as the kernels take it."""
+    return structs(
+        Bounds,
+        [
+            {
+                "contact": scenario.contact_distance,
+                "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
+                "low": scenario.workspace.box[0],
+                "high": scenario.workspace.box[1],
+                "tail": scenario.device.tail_length,
+                "head_radius": scenario.device.head_radius,
+                "tail_radius": scenario.device.tail_radius,
+            }
+            for scenario in scenarios
+        ],
+    )
+
+
+@wp.func
+def clearance(bounds: Bounds, magnets: wp.array(dtype=Magnet), pose: RpmPose, state: State):
+    """Least distance (m) to anything that ends the run, and the number of the End that would be."""
+    head = head_position(state)
+    rotation = rotation_matrix(state)
+    tail = head - bounds.tail * wp.vec3d(rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    least = head[2] - bounds.fall
+    kind = int(FALL)
+    for j in range(magnets.shape[0]):
+        gap = wp.length(head - pose.position - pose.rotation * magnets[j].offset) - bounds.contact
+        if gap < least:
+            least = gap
+            kind = int(CONTACT)
+    for i in range(3):
+        below = wp.min(head[i] - bounds.head_radius, tail[i] - bounds.tail_radius) - bounds.low[i]
+        above = bounds.high[i] - wp.max(head[i] + bounds.head_radius, tail[i] + bounds.tail_radius)
+        if below < least:
+            least = below
+            kind = int(WALL)
+            if i == 2:
+                kind = int(FLOOR)
+        if above < least:
+            least = above
+            kind = int(WALL)
+            if i == 2:
+                kind = int(SURFACE)
+    return least, kind

@@ -1,0 +1,75 @@
+"""What the time loop recorded of one run."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.engine.packing import initial_gap
+from helimag.outcomes import End
+from helimag.runs.gain import Heights, Judgement, judge
+from helimag.scenario import Scenario
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """The raw material of a trajectory, and enough for a judgement.
+
+    Attributes
+    ----------
+    scenario
+        What was run.
+    time
+        (n,): when samples were taken, s; the last is the end, where the run has ended.
+    records
+        (n,): the samples, with the fields of :class:`helimag.engine.samples.Record`.
+    status
+        How the run stands; ``RUNNING`` where it was stopped before its end.
+    steps, rejected
+        Steps that were taken, and trials that were not.
+    wall_time
+        Share of the batch's time that fell to this run, s.
+    progress
+        All that is needed to go on.
+    """
+
+    scenario: Scenario
+    time: Floats
+    records: NDArray[np.void]
+    status: End
+    steps: int
+    rejected: int
+    wall_time: float
+    progress: np.void = field(repr=False)
+
+    @property
+    def states(self) -> Floats:
+        """Head position (m) and quaternion w, x, y, z at each sample: (n, 7)."""
+        return np.asarray(self.records["state"])
+
+    @property
+    def slips(self) -> Floats:
+        """Turns slipped against the field up to each sample: (n,)."""
+        return self.records["slips"].astype(np.float64)
+
+    @property
+    def heights(self) -> Heights:
+        """What a judgement needs."""
+        samples = self.records
+        return Heights(
+            time=self.time,
+            low=samples["low"],
+            high=samples["high"],
+            mean=samples["height"],
+            attack=samples["attack"],
+            attack_square=samples["square"],
+            slips=int(samples["slips"][-1]),
+            initial_gap=initial_gap(self.scenario),
+            end=self.status,
+        )
+
+    def judge(self) -> Judgement:
+        """Gain and verdict."""
+        return judge(self.heights)

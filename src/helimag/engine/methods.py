@@ -1,0 +1,116 @@
+"""Methods that take one step: DOP853, an explicit Runge-Kutta pair of order 8 with a blend of two error estimates.
+
+Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, sec. II.10; its
+coefficients are SciPy's.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+from scipy.integrate import DOP853 as TABLEAU
+
+from helimag.engine.control import Control, scaled_square
+from helimag.engine.system import System, build_rates
+from helimag.physics.balance import Body
+from helimag.physics.kinematics import State, normalized
+from helimag.physics.magnetics import Magnet
+
+STAGES = TABLEAU.n_stages
+LOW_SHARE = wp.constant(wp.float64(0.01))  # of the order-3 estimate in DOP853's blend
+COMPONENTS = wp.constant(wp.float64(7.0))
+ZERO = wp.constant(wp.float64(0.0))
+# fewest trial steps on the reference runs (benchmarks/step_control.py)
+SAFETY = 0.8
+GROWTH = 1.1
+
+Stages = wp.types.matrix(shape=(STAGES, 7), dtype=wp.float64)  # the rates at each stage of a step
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to take one step.
+
+    Attributes
+    ----------
+    name
+        As results give it.
+    error_order
+        Power of the step with which the error estimate falls.
+    build
+        ``build(system)`` makes the Warp function ``trial(body, surroundings, drive, magnets, control, t, h, state,
+        k0)``: the state after a step of ``h`` (s) from ``state``, whose rates are ``k0``; and its error in units of the
+        tolerance.
+    safety
+        Share of the step that would just meet the tolerance to try next.
+    growth
+        By how much a step may be longer than the one before.
+    """
+
+    name: str
+    error_order: int
+    build: Callable[[System], wp.Function]
+    safety: float = SAFETY
+    growth: float = GROWTH
+
+
+def weighted_sum(weights: NDArray[np.float64]) -> wp.Function:
+    """Make the function that sums a step's stages with these weights, left to right; absent ones cost nothing."""
+    used = np.flatnonzero(weights).tolist()
+    factors = [wp.float64(float(weights[j])) for j in used]
+    count = len(used)
+
+    @wp.func
+    def total(k: Stages) -> State:
+        result = wp.static(factors[0]) * k[wp.static(used[0])]
+        for i in range(1, wp.static(count)):
+            result += wp.static(factors[i]) * k[wp.static(used[i])]
+        return result
+
+    return total
+
+
+@wp.func
+def blended_error(low: State, high: State, h: wp.float64, control: Control) -> wp.float64:
+    """DOP853's blend of its estimates of order 3 and 5: a root mean square in units of the tolerance."""
+    low_sum = scaled_square(low, control)
+    high_sum = scaled_square(high, control)
+    if high_sum == ZERO:
+        return ZERO
+    return wp.abs(h) * high_sum / wp.sqrt((high_sum + LOW_SHARE * low_sum) * COMPONENTS)
+
+
+@cache
+def build_dop853(system: System) -> wp.Function:
+    """Make DOP853's step for a system."""
+    rates, drive_type, surroundings_type = build_rates(system), system.drive_type, system.surroundings_type
+    argument = [None] + [weighted_sum(TABLEAU.A[i, :i]) for i in range(1, STAGES)]
+    times = [wp.float64(float(c)) for c in TABLEAU.C]
+    result, low, high = (weighted_sum(weights) for weights in (TABLEAU.B, TABLEAU.E3[:STAGES], TABLEAU.E5[:STAGES]))
+
+    @wp.func
+    def trial(
+        body: Body,
+        surroundings: surroundings_type,
+        drive: drive_type,
+        magnets: wp.array(dtype=Magnet),
+        control: Control,
+        t: wp.float64,
+        h: wp.float64,
+        state: State,
+        k0: State,
+    ):
+        k = Stages()
+        k[0] = k0
+        for i in range(1, STAGES):
+            stage = state + h * wp.static(argument[i])(k)
+            k[i] = rates(body, surroundings, drive, magnets, t + wp.static(times[i]) * h, stage)
+        return normalized(state + h * result(k)), blended_error(low(k), high(k), h, control)
+
+    return trial
+
+
+DOP853 = Method("DOP853", 8, build_dop853)

@@ -1,0 +1,246 @@
+"""Runs under way: batches on threads, in launches short enough to report, to be stopped and to be gone on with."""
+
+import math
+import os
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import closing
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.engine.batch import TOLERANCE, Batch, Settings, started
+from helimag.engine.history import History
+from helimag.engine.kernels import ready
+from helimag.engine.loop import build_advance
+from helimag.engine.methods import DOP853, Method
+from helimag.engine.packing import pack_bodies, start_state
+from helimag.engine.system import System, system_of
+from helimag.errors import InputError
+from helimag.scenario import Scenario
+
+Floats = NDArray[np.float64]
+
+LAUNCH_SECONDS = 0.1  # how long a launch may take before the host gets a word in
+FIRST_BUDGET = 1000  # steps of a first launch
+RUNS_PER_BATCH = 8
+PATIENCE = 0.1  # s between looks at what is under way
+
+
+@dataclass
+class _Job:
+    """Some runs with the same formulas: their places among all, and what is known of them."""
+
+    system: System
+    places: list[int]
+    scenarios: list[Scenario]
+    progress: NDArray[np.void]
+    records: list[NDArray[np.void]]
+    batch: Batch | None = None
+
+    def advance(self, settings: Settings, stop: threading.Event) -> None:
+        """Take the runs to their ends, or to where they are when told to stop."""
+        self.batch = Batch(self.system, self.scenarios, self.progress, settings, self.records)
+        budget = FIRST_BUDGET
+        while self.batch.running and not stop.is_set():
+            took = self.batch.launch(budget)
+            budget = max(1, int(budget * min(4.0, LAUNCH_SECONDS / max(took, 1e-6))))
+
+
+@dataclass(frozen=True)
+class Underway:
+    """A batch of runs on its way; what it says is as of now."""
+
+    total: float
+    _jobs: list[_Job] = field(repr=False)
+
+    @property
+    def fraction(self) -> float:
+        """Share of the simulated time that is behind."""
+        return math.fsum(job.batch.done for job in self._jobs if job.batch is not None) / self.total
+
+    def histories(self) -> list[History | None]:
+        """What has been recorded of each run so far, in order; None where it has not begun."""
+        found: list[History | None] = [None] * sum(len(job.places) for job in self._jobs)
+        for job in self._jobs:
+            if job.batch is not None:
+                for place, history in zip(job.places, job.batch.histories(), strict=True):
+                    found[place] = history if history.time.size else None
+        return found
+
+
+def advancing(
+    scenarios: Sequence[Scenario],
+    *,
+    initial_states: Floats | None = None,
+    after: Sequence[History | None] | None = None,
+    tolerance: float = TOLERANCE,
+    method: Method = DOP853,
+    system: Callable[[Scenario], System] = system_of,
+    device: str = "cpu",
+    threads: int | None = None,
+) -> Iterator[Underway]:
+    """Run a batch and give a look at it some times a second; closing the iterator stops the runs where they are.
+
+    Parameters
+    ----------
+    scenarios
+        At least one. They may differ in everything; runs with the same formulas share launches.
+    initial_states
+        (runs, 7): head position (m) and quaternion w, x, y, z (normalised here). Default: each scenario's start.
+    after
+        What was recorded of these runs before they were stopped (:meth:`Underway.histories`): they go on from there,
+        to the same numbers as if they had not been stopped.
+    tolerance
+        Of one step, in quaternion components and in positions over the helix' length.
+    method
+        What takes the steps.
+    system
+        Which formulas a scenario is run with.
+    device
+        ``"cpu"`` or a CUDA device such as ``"cuda"``.
+    threads
+        CPU threads; default one a core.
+
+    Yields
+    ------
+    Underway
+        At least once, and last when all runs have ended.
+
+    Raises
+    ------
+    InputError
+        Where the batch is empty, or its states, its histories or the tolerance do not fit.
+    """
+    if not scenarios:
+        raise InputError("scenarios must hold at least one; got none")
+    if not tolerance > 0.0:
+        raise InputError(f"tolerance must be greater than zero; got {tolerance}")
+    states = _checked_states(scenarios, initial_states)
+    pack_bodies(scenarios)  # a device that cannot be is refused before anything is compiled
+    jobs = _jobs(
+        scenarios, [system(scenario) for scenario in scenarios], states, _checked_histories(scenarios, after), device
+    )
+    for formulas in {job.system: None for job in jobs}:
+        ready(build_advance(formulas, method), device)
+    total = math.fsum(scenario.run.duration for scenario in scenarios)
+    workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
+    return _watched(Underway(total, jobs), jobs, Settings(method, tolerance, device), workers)
+
+
+def _watched(underway: Underway, jobs: list[_Job], settings: Settings, workers: int) -> Iterator[Underway]:
+    """Advance jobs on threads and look in now and then; the first failure is raised at once."""
+    stop = threading.Event()
+    with ThreadPoolExecutor(workers, thread_name_prefix="helimag-runs") as pool:
+        pending: set[Future[None]] = {pool.submit(job.advance, settings, stop) for job in jobs}
+        try:
+            while pending:
+                done, pending = wait(pending, timeout=PATIENCE, return_when=FIRST_COMPLETED)
+                for future in done:
+                    future.result()
+                yield underway
+        finally:
+            stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def advance(
+    scenarios: Sequence[Scenario],
+    *,
+    initial_states: Floats | None = None,
+    tolerance: float = TOLERANCE,
+    method: Method = DOP853,
+    system: Callable[[Scenario], System] = system_of,
+    device: str = "cpu",
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[History]:
+    """Run a batch to its end and return the raw histories, in order. A run that breaks down has status ``NOT_FINITE``.
+
+    Parameters
+    ----------
+    scenarios, initial_states, tolerance, method, system, device, threads
+        As for :func:`advancing`.
+    progress
+        Called in this thread with the fraction done, some times a second; an exception raised there stops the runs.
+
+    Raises
+    ------
+    InputError
+        As for :func:`advancing`.
+    """
+    looks = advancing(
+        scenarios,
+        initial_states=initial_states,
+        tolerance=tolerance,
+        method=method,
+        system=system,
+        device=device,
+        threads=threads,
+    )
+    histories: list[History | None] = []
+    with closing(looks):  # type: ignore[type-var]
+        for underway in looks:
+            if progress is not None:
+                progress(underway.fraction)
+        histories = underway.histories()
+    return [history for history in histories if history is not None]
+
+
+def _jobs(
+    scenarios: Sequence[Scenario],
+    systems: Sequence[System],
+    states: Floats,
+    after: Sequence[History | None],
+    device: str,
+) -> list[_Job]:
+    """The runs by their formulas, in parts that a launch can take."""
+    kinds: dict[System, list[int]] = {}
+    for place, system in enumerate(systems):
+        kinds.setdefault(system, []).append(place)
+    size = RUNS_PER_BATCH if device == "cpu" else len(scenarios)
+    jobs = []
+    for system, places in kinds.items():
+        for begin in range(0, len(places), size):
+            part = places[begin : begin + size]
+            batch = [scenarios[place] for place in part]
+            progress = started(batch, states[part])
+            known = [after[place] for place in part]
+            for run, history in enumerate(known):
+                if history is not None:
+                    progress[run] = history.progress
+            records = [np.zeros(0, np.void) if history is None else history.records for history in known]
+            jobs.append(_Job(system, part, batch, progress, records))
+    return jobs
+
+
+def _checked_states(scenarios: Sequence[Scenario], given: Floats | None) -> Floats:
+    if given is None:
+        return np.array([start_state(scenario) for scenario in scenarios])
+    try:
+        states = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"initial_states must be numbers of shape ({len(scenarios)}, 7); got {given!r}") from None
+    if states.shape != (len(scenarios), 7) or not np.all(np.isfinite(states)):
+        raise InputError(f"initial_states must be finite numbers of shape ({len(scenarios)}, 7); got {states.shape}")
+    lengths = np.linalg.norm(states[:, 3:], axis=1, keepdims=True)
+    if not np.all(lengths > 0.0):
+        raise InputError("initial_states must have quaternions that are not zero")
+    states[:, 3:] /= lengths
+    return states
+
+
+def _checked_histories(
+    scenarios: Sequence[Scenario], after: Sequence[History | None] | None
+) -> Sequence[History | None]:
+    """The histories to go on from, each of its own scenario and of a run that had not ended."""
+    if after is None:
+        return [None] * len(scenarios)
+    if len(after) != len(scenarios):
+        raise InputError(f"after must hold a history (or None) for each of {len(scenarios)} runs; got {len(after)}")
+    for scenario, history in zip(scenarios, after, strict=True):
+        if history is not None and history.scenario != scenario:
+            raise InputError(f"after must hold histories of the same scenarios; '{history.scenario.name}' differs")
+    return after

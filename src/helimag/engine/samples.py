@@ -1,0 +1,117 @@
+"""What a run leaves behind: states at sample times, and statistics of every step in between."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from helimag.engine.structures import structs
+from helimag.physics.kinematics import State, attack_angle
+from helimag.scenario import Scenario
+
+ZERO = wp.constant(wp.float64(0.0))
+HALF = wp.constant(wp.float64(0.5))
+NEARLY_ONE = wp.constant(wp.float64(1.0 - 2e-12))  # a sample this close to the end is the end, whatever rounding did
+
+
+@wp.struct
+class Schedule:
+    """When one run is sampled: each ``interval`` from zero, and at ``duration``, its horizon (s)."""
+
+    interval: wp.float64
+    duration: wp.float64
+
+
+def pack_schedules(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
+    """Sample times of each run as the kernels take them."""
+    return structs(Schedule, [{"interval": s.run.sample_interval, "duration": s.run.duration} for s in scenarios])
+
+
+def sample_times(scenario: Scenario) -> NDArray[np.float64]:
+    """When a run that reaches its horizon is sampled (s)."""
+    run = scenario.run
+    count = math.ceil(run.duration / run.sample_interval * (1.0 - 1e-12)) + 1
+    times = np.arange(count) * run.sample_interval
+    times[times >= float(NEARLY_ONE) * run.duration] = run.duration
+    return times
+
+
+@wp.func
+def sample_time(schedule: Schedule, sample: int) -> wp.float64:
+    """When sample number ``sample`` is due (s): the kernels' :func:`sample_times`."""
+    time = wp.float64(sample) * schedule.interval
+    if time >= NEARLY_ONE * schedule.duration:
+        return schedule.duration
+    return time
+
+
+@wp.struct
+class Statistics:
+    """Running statistics between two samples: extremes of height, time integrals by the trapezoidal rule."""
+
+    low: wp.float64
+    high: wp.float64
+    height: wp.float64
+    attack: wp.float64
+    square: wp.float64
+    begin: wp.float64
+    last_attack: wp.float64
+
+
+@wp.struct
+class Record:
+    """One sample; what it says of heights and attack angles is over the interval that it ends."""
+
+    state: State
+    slips: wp.int32  # turns slipped so far
+    low: wp.float64  # lowest head, m
+    high: wp.float64  # highest head, m
+    height: wp.float64  # mean, m
+    attack: wp.float64  # mean, rad
+    square: wp.float64  # mean of the attack angle's square, rad^2
+
+
+@wp.func
+def statistics_from(t: wp.float64, state: State) -> Statistics:
+    """Statistics of an interval that begins at ``t``."""
+    stats = Statistics()
+    stats.last_attack = attack_angle(state)
+    stats.low = state[2]
+    stats.high = state[2]
+    stats.begin = t
+    return stats
+
+
+@wp.func
+def statistics_with(stats: Statistics, dt: wp.float64, old: State, new: State) -> Statistics:
+    """The statistics with one more step in them."""
+    a = stats.last_attack
+    b = attack_angle(new)
+    stats.last_attack = b
+    stats.low = wp.min(stats.low, new[2])
+    stats.high = wp.max(stats.high, new[2])
+    stats.height += HALF * dt * (old[2] + new[2])
+    stats.attack += HALF * dt * (a + b)
+    stats.square += HALF * dt * (a * a + b * b)
+    return stats
+
+
+@wp.func
+def record_of(stats: Statistics, t: wp.float64, state: State, slips: int) -> Record:
+    """The sample that ends an interval at ``t``."""
+    record = Record()
+    record.state = state
+    record.slips = slips
+    record.low = stats.low
+    record.high = stats.high
+    record.height = state[2]
+    record.attack = attack_angle(state)
+    record.square = record.attack * record.attack
+    span = t - stats.begin
+    if span > ZERO:
+        record.height = stats.height / span
+        record.attack = stats.attack / span
+        record.square = stats.square / span
+    return record

@@ -1,0 +1,130 @@
+"""The equations of motion, put together: which formulas give field, magnet path and drag of a run.
+
+The choice is made when a kernel is built, not by branches in it. A further formula is one Warp function with the
+signature of its kind; nothing else changes.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from helimag.physics import magnetics
+from helimag.physics.balance import Body, OpenWater, load_on, moment_of, open_water
+from helimag.physics.kinematics import (
+    RpmPose,
+    State,
+    head_position,
+    rotation_matrix,
+    rpm_pose,
+    sampled_rpm_pose,
+    state_rates,
+)
+from helimag.physics.magnetics import Magnet, phased_axis
+from helimag.scenario import Scenario
+
+MAGNET_MODELS = {"dipole": magnetics.point_dipole, "cylinder": magnetics.cylinder}
+
+
+def nothing_around(scenarios: Sequence[Scenario], device: str) -> wp.array:
+    """Surroundings of devices in open water."""
+    return wp.zeros(len(scenarios), dtype=OpenWater, device=device)
+
+
+@dataclass(frozen=True)
+class System:
+    """The formulas that make up the equations of motion.
+
+    Attributes
+    ----------
+    magnet
+        ``magnet(magnet, r, axis, m)``: field (T) and force (N) of one magnet at ``r`` (m) from it, its moment along the
+        unit vector ``axis``, on the moment ``m`` (A m^2): see :mod:`helimag.physics.magnetics`.
+    pose
+        ``pose(drive, t)``: the RPM's pose at ``t`` (s); the type of its first argument is that of the drives.
+    response
+        ``response(body, surroundings, position, rotation, load)``: velocity (m/s) and angular velocity (rad/s) that a
+        load (N, N m) gives the device, all in the body frame: its mobility, which may depend on where it is. The type
+        of the second argument is that of the surroundings.
+    surround
+        ``surround(scenarios, device)``: an array of that type, one a scenario, on the device.
+    """
+
+    magnet: Callable[..., Any]
+    pose: wp.Function = rpm_pose
+    response: wp.Function = open_water
+    surround: Callable[[Sequence[Scenario], str], wp.array] = nothing_around
+
+    @property
+    def drive_type(self) -> Any:
+        """Structure that describes a drive to ``pose``."""
+        return self.pose.input_types["drive"]
+
+    @property
+    def surroundings_type(self) -> Any:
+        """Structure that describes the surroundings to ``response``."""
+        return self.response.input_types["surroundings"]
+
+
+def system_of(scenario: Scenario) -> System:
+    """The formulas that a scenario asks for."""
+    pose = rpm_pose if scenario.drive.path is None else sampled_rpm_pose
+    return System(MAGNET_MODELS[scenario.magnet[0].field], pose)
+
+
+@cache
+def build_load(magnet_model: Callable[..., Any]) -> wp.Function:
+    """Make the function that sums field (T) and force (N) of all magnets on a moment ``m`` at ``head``."""
+
+    @wp.func
+    def load(magnets: wp.array(dtype=Magnet), pose: RpmPose, head: wp.vec3d, m: wp.vec3d):
+        field = wp.vec3d()
+        force = wp.vec3d()
+        rotation_axis = wp.vec3d(pose.rotation[0, 0], pose.rotation[1, 0], pose.rotation[2, 0])
+        for j in range(magnets.shape[0]):
+            r = head - pose.position - pose.rotation * magnets[j].offset
+            axis = phased_axis(magnets[j], pose.moment_axis, rotation_axis)
+            field_j, force_j = magnet_model(magnets[j], r, axis, m)
+            field += field_j
+            force += force_j
+        return field, force
+
+    return load
+
+
+@cache
+def build_balance(response: wp.Function) -> wp.Function:
+    """Make the function that turns magnetic ``force`` (N) and ``field`` (T), lab components, into rates: eq. (4)."""
+    surroundings_type = response.input_types["surroundings"]
+
+    @wp.func
+    def balance(body: Body, surroundings: surroundings_type, state: State, force: wp.vec3d, field: wp.vec3d) -> State:
+        rotation = rotation_matrix(state)
+        motion = response(body, surroundings, head_position(state), rotation, load_on(body, rotation, force, field))
+        velocity = rotation * wp.vec3d(motion[0], motion[1], motion[2])
+        return state_rates(state, velocity, wp.vec3d(motion[3], motion[4], motion[5]))
+
+    return balance
+
+
+@cache
+def build_rates(system: System) -> wp.Function:
+    """Make the right-hand side of the equations of motion: rates of a state at ``t`` (s)."""
+    drive_type, surroundings_type = system.drive_type, system.surroundings_type
+    load, balance, pose_model = build_load(system.magnet), build_balance(system.response), system.pose
+
+    @wp.func
+    def rates(
+        body: Body,
+        surroundings: surroundings_type,
+        drive: drive_type,
+        magnets: wp.array(dtype=Magnet),
+        t: wp.float64,
+        state: State,
+    ) -> State:
+        field, force = load(magnets, pose_model(drive, t), head_position(state), moment_of(body, state))
+        return balance(body, surroundings, state, force, field)
+
+    return rates

@@ -1,0 +1,7 @@
+"""The Stokes resistance of a rigid body from its surface: wire and head, or any closed mesh."""
+
+from helimag.hydrodynamics.boundary.cache import solution
+from helimag.hydrodynamics.boundary.refine import Solution
+from helimag.hydrodynamics.boundary.solve import Plane
+
+__all__ = ["Plane", "Solution", "solution"]

@@ -1,0 +1,120 @@
+"""From a surface to its 6x6 resistance."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.errors import InputError
+from helimag.hydrodynamics.boundary.kernels import floor_image, surface_image
+from helimag.hydrodynamics.boundary.mesh import Mesh
+from helimag.hydrodynamics.boundary.single_layer import galerkin_matrix
+from helimag.hydrodynamics.resistive_force import cross_matrices
+
+Floats = NDArray[np.float64]
+
+MOST = 4600  # triangles: a matrix of 1.5 GB
+IMAGES = {"floor": floor_image, "surface": surface_image}
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A flat boundary of the fluid, seen from the body.
+
+    Attributes
+    ----------
+    kind
+        ``"floor"`` does not let the fluid slip, ``"surface"`` is flat and free of stress.
+    normal
+        Unit vector from the plane into the fluid, body frame.
+    distance
+        Of the body's origin from the plane (m).
+    """
+
+    kind: Literal["floor", "surface"]
+    normal: tuple[float, float, float]
+    distance: float
+
+    @property
+    def rotation(self) -> Floats:
+        """From the body frame to one whose z is the normal (3, 3)."""
+        normal = np.array(self.normal)
+        helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
+        first = np.cross(helper, normal)
+        first /= np.linalg.norm(first)
+        return np.stack([first, np.cross(normal, first), normal])
+
+
+def surface_resistance(mesh: Mesh, plane: Plane | None = None) -> Floats:
+    """6x6 resistance per viscosity of a rigid body with this surface, translation first, about the origin.
+
+    Forces spread evenly over each triangle are chosen such that every triangle's mean velocity is that of the rigid
+    motion (Galerkin's method on the single layer, first kind). A part of the surface may lie inside the body.
+
+    Parameters
+    ----------
+    mesh
+        The surface, body frame.
+    plane
+        A floor or surface beside the body; open water without.
+
+    Returns
+    -------
+    (6, 6)
+        Symmetric positive definite: ``U' G^-1 U`` with G factored by Cholesky. Units m, m^2, m^3.
+
+    Raises
+    ------
+    InputError
+        Where the body reaches through the plane, or its triangles are so thin that G is not positive definite.
+    """
+    if plane is None:
+        return _solved(mesh, galerkin_matrix(mesh))
+    turn = plane.rotation
+    above = mesh.moved(turn, np.array([0.0, 0.0, plane.distance]))
+    lowest = float(above.corners[:, :, 2].min())
+    if not lowest > 0.0:
+        raise InputError(
+            f"the device reaches {-lowest:.3g} m through the {plane.kind}; its origin, {plane.distance:.3g} m away, "
+            "must be farther from it"
+        )
+    matrix = galerkin_matrix(above, IMAGES[plane.kind])
+    both = np.kron(np.eye(2), turn)
+    resistance: Floats = both.T @ _solved(mesh.moved(turn, np.zeros(3)), matrix) @ both
+    return resistance
+
+
+def _solved(mesh: Mesh, velocities: Floats) -> Floats:
+    from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+    count = len(mesh)
+    motion = np.concatenate([np.broadcast_to(np.eye(3), (count, 3, 3)), -cross_matrices(mesh.centroids)], axis=2)
+    motion = motion.transpose(1, 0, 2).reshape(3 * count, 6)
+    matrix = velocities.reshape(3 * count, 3 * count)
+    _stiffen(matrix, mesh)
+    try:
+        factor = cho_factor(matrix, overwrite_a=True, check_finite=False)
+    except LinAlgError:
+        raise InputError(
+            f"the body's {count} surface triangles are too thin or too unequal to solve for; give a more even mesh"
+        ) from None
+    forces = cho_solve(factor, motion, check_finite=False)
+    resistance = 8.0 * np.pi * motion.T @ forces
+    symmetric: Floats = (resistance + resistance.T) / 2.0
+    return symmetric
+
+
+def _stiffen(matrix: Floats, mesh: Mesh) -> None:
+    """Give a uniform pressure inside each closed part, which moves nothing, an energy of its own.
+
+    No rigid motion does work on it, so the resistance does not change; without it the matrix is singular.
+    """
+    level = np.trace(matrix) / len(matrix)
+    for part in range(mesh.part.max() + 1):
+        pressure = (mesh.area_vectors * (mesh.part == part)[:, None]).T.ravel()
+        size = np.linalg.norm(pressure)
+        if size > 0.0:
+            pressure /= size
+            for row in np.flatnonzero(pressure):
+                matrix[row] += level * pressure[row] * pressure

@@ -1,0 +1,202 @@
+"""Tables of numbers as people keep them: CSV whose columns carry their units. The one reader of logs and tracks."""
+
+import csv
+import io
+import math
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag import quantities as q
+from helimag.errors import FileError, InputError
+
+Floats = NDArray[np.float64]
+Line = tuple[int, str]  # its number in the file, and its text
+
+_HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]\s*)?")
+_DECIMAL_COMMA = re.compile(r"[-+]?(\d+,\d*|,\d+)([eE][-+]?\d+)?")
+_EMPTY = ("", "nan", "na")
+_SHOWN = 12  # heads that a refusal lists
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What a table holds.
+
+    Attributes
+    ----------
+    values
+        The columns by name, (n,) each, SI; nan where a cell is empty that may be.
+    lines
+        (n,): the number of each row's line in the file, for messages.
+    comments
+        Lines that begin with ``#``, without it, in order.
+    """
+
+    values: dict[str, Floats]
+    lines: NDArray[np.int64]
+    comments: tuple[str, ...]
+
+    def check_rises(self, name: str) -> None:
+        """Raise InputError, naming the line, where a column does not rise from row to row."""
+        late = np.flatnonzero(~(np.diff(self.values[name]) > 0.0))
+        if late.size:
+            raise InputError(f"line {self.lines[late[0] + 1]}: {name} must rise from row to row")
+
+
+def read_table(
+    path: str | Path, kinds: Mapping[str, q.Kind], *, needed: Sequence[str], gaps: Collection[str] = ()
+) -> Columns:
+    """Read the columns of a table that are wanted; others are passed over.
+
+    The first line that is neither blank nor a comment (``#``) holds the heads, each a name and a unit: ``x [mm]`` or
+    ``X (mm)``. Upper and lower case are the same, and so are blank, hyphen and underscore within a name. Cells are
+    separated by commas, semicolons or tabs; with the latter two, numbers may have decimal commas. The text is UTF-8,
+    with or without byte-order mark, or Windows-1252 (of which printable Latin-1 is a part).
+
+    Parameters
+    ----------
+    path
+        The file.
+    kinds
+        What may be read: the kind of quantity by the column's name.
+    needed
+        Names that must be there.
+    gaps
+        Names whose cells may be empty, ``nan`` or ``na``.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+    InputError
+        Where it is no such table: the message names file and line.
+    """
+    try:
+        return _table(_text(Path(path)), kinds, needed, gaps)
+    except (InputError, csv.Error) as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _text(path: Path) -> str:
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise FileError(f"there is no file '{path}'") from None
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("cp1252", errors="replace")
+    if "\0" in text:
+        raise InputError("it is not a text file")
+    return text
+
+
+def _table(text: str, kinds: Mapping[str, q.Kind], needed: Sequence[str], gaps: Collection[str]) -> Columns:
+    written = [(i, line.rstrip("\n")) for i, line in enumerate(io.StringIO(text, newline=None), start=1)]
+    comments = tuple(line.lstrip().removeprefix("#") for _, line in written if line.lstrip().startswith("#"))
+    lines = [(i, line) for i, line in written if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise InputError("it is empty; a table has a line of heads, such as 'time [s], x [mm]', and two rows or more")
+    separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
+    heads = _cells(lines[0][1], separator)
+    places = _places(heads, lines[0][0], kinds, needed)
+    rows = [(i, cells) for i, line in lines[1:] if any(cells := _cells(line, separator))]
+    if len(rows) < 2:
+        raise InputError(f"a table has a line of heads and two rows or more; it has {len(rows)} below its heads")
+    for i, cells in rows:
+        if len(cells) > len(heads):
+            raise InputError(
+                f"line {i}: there are {len(cells)} cells below {len(heads)} heads; numbers with a decimal comma need "
+                "semicolons or tabs between them"
+            )
+    values = {
+        name: factor * _numbers(rows, place, heads[place], separator, name in gaps)
+        for name, (place, factor) in places.items()
+    }
+    _one_decimal_mark(rows, [place for place, _ in places.values()])
+    return Columns(values, np.array([i for i, _ in rows], dtype=np.int64), comments)
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    """The cells of a line, without blanks around them and without empty ones at its end."""
+    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _places(
+    heads: Sequence[str], line: int, kinds: Mapping[str, q.Kind], needed: Sequence[str]
+) -> dict[str, tuple[int, float]]:
+    """Where each wanted column stands, and what its unit is in SI."""
+    found: dict[str, tuple[int, float]] = {}
+    for place, head in enumerate(heads):
+        match = _HEAD.fullmatch(head)
+        name = "_".join(match[1].lower().replace("-", " ").replace("_", " ").split()) if match else ""
+        if match is None or name not in kinds:
+            continue
+        if name in found:
+            raise InputError(f"line {line}: the column '{name}' is there twice; {_listed(heads)}")
+        if not match[2]:
+            raise InputError(f"line {line}: column '{head}' must name its unit, such as '{name} [{kinds[name].shown}]'")
+        try:
+            found[name] = (place, q.parse(f"1 {match[2]}", kinds[name]))
+        except InputError as error:
+            raise InputError(f"line {line}: the unit of column '{head}' {error}") from None
+    lost = [name for name in needed if name not in found]
+    if lost:
+        wanted = ", ".join(f"{name} [{kinds[name].shown}]" for name in needed)
+        raise InputError(
+            f"line {line}: a table needs columns such as {wanted}; it lacks {', '.join(lost)}; {_listed(heads)}"
+        )
+    return found
+
+
+def _listed(heads: Sequence[str]) -> str:
+    more = f" and {len(heads) - _SHOWN} more" if len(heads) > _SHOWN else ""
+    return f"its heads are {', '.join(repr(head) for head in heads[:_SHOWN])}{more}"
+
+
+def _numbers(rows: Sequence[tuple[int, list[str]]], place: int, head: str, separator: str, gaps: bool) -> Floats:
+    """A column; nan where a cell is empty that may be."""
+    values = np.empty(len(rows))
+    for row, (line, cells) in enumerate(rows):
+        cell = cells[place] if place < len(cells) else ""
+        values[row] = _number(cell, separator)
+        if not math.isfinite(values[row]) and not (gaps and cell.lower() in _EMPTY):
+            got = repr(cell) if cell else "nothing"
+            raise InputError(f"line {line}: column {place + 1}, '{head}', must be a finite number; got {got}")
+    return values
+
+
+def _number(cell: str, separator: str) -> float:
+    """The number in a cell; nan where there is none."""
+    if separator != "," and _DECIMAL_COMMA.fullmatch(cell):
+        cell = cell.replace(",", ".")
+    try:
+        return math.nan if "_" in cell else float(cell)  # Python, unlike everyone else, reads 1_000 as a thousand
+    except ValueError:
+        return math.nan
+
+
+def _one_decimal_mark(rows: Sequence[tuple[int, list[str]]], places: Sequence[int]) -> None:
+    """Refuse a table with decimal commas and points: one of them then means thousands."""
+    marked: dict[str, Line] = {}
+    for line, cells in rows:
+        for place in places:
+            for mark in ",.":
+                if place < len(cells) and mark in cells[place]:
+                    marked.setdefault(mark, (line, cells[place]))
+    if len(marked) > 1:
+        (first, one), (second, other) = sorted(marked.values())
+        raise InputError(
+            f"line {second}: {other!r} and {one!r} (line {first}) do not have the same decimal mark; write numbers "
+            "without marks between thousands"
+        )

@@ -1,0 +1,21 @@
+"""What all tests share: a command line to run, and independence of what this machine has compiled before."""
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+import command_line
+
+
+@pytest.fixture(autouse=True, scope="session")
+def nothing_said_of_compiling() -> Iterator[None]:
+    """Tests compare stderr; whether kernels must be compiled first depends on the machine and on the tests before."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("helimag.engine.kernels.announce", lambda: None)
+        yield
+
+
+@pytest.fixture
+def helimag() -> Callable[..., command_line.Said]:
+    """Run a command line in this process: (status, stdout, stderr)."""
+    return command_line.run

@@ -1,0 +1,260 @@
+"""Checks of the model's assumptions against closed forms, other codes and counts by hand."""
+
+import json
+import math
+
+import magpylib
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import helimag as hm
+import oracles
+from helimag.checks import (
+    cautions,
+    dipole_error,
+    enclosing_body,
+    examine,
+    least_field,
+    magnet_distance,
+    pitch_angle,
+    reynolds,
+    slenderness,
+    step_out,
+    step_out_frequency,
+    wall_gap,
+)
+from helimag.hydrodynamics.bounds import enclosing_resistance
+
+PRESET = hm.load("paper/fig3c")
+BALL = np.diag([*[6 * np.pi * 1e-3] * 3, *[8 * np.pi * 1e-9] * 3])  # of 1 mm in 1 Pa s
+
+
+def matrix_case(matrix, **changes):
+    return oracles.scenario_of(oracles.case(matrix=matrix, **changes))
+
+
+def test_reynolds_number_of_turning_is_that_of_the_rim():
+    scenario = matrix_case(BALL, frequency=200.0, velocity=(0.0, 0.0, 0.0), yaw=0.0)
+    check = reynolds(scenario)
+    assert check.value == pytest.approx(971.0 * 2 * np.pi * 200.0 * 0.47e-3**2 / 1.0, rel=1e-12)
+    assert not check.holds
+    assert check.setting == "fluid.viscosity"
+
+
+def test_reynolds_number_of_moving_is_that_of_half_the_length():
+    scenario = matrix_case(BALL, velocity=(0.3, 0.4, 0.0), yaw=0.0)
+    assert reynolds(scenario).value == pytest.approx(971.0 * 0.5 * (0.0117 / 2 + 0.0003603) / 1.0, rel=1e-12)
+
+
+def test_reynolds_number_of_the_preset_is_what_the_paper_says():
+    assert 0.001 < reynolds(PRESET).value < 0.01
+    assert reynolds(PRESET).holds
+
+
+def test_slenderness_and_pitch_angle_are_those_of_the_drawn_wire():
+    helix = PRESET.device.helix
+    u = np.linspace(0.0, helix.pitch, 20001)
+    radius = helix.outer_diameter / 2 - helix.wire_radius
+    wire = np.stack([u, radius * np.cos(2 * np.pi * u / helix.pitch), radius * np.sin(2 * np.pi * u / helix.pitch)])
+    steps = np.diff(wire, axis=1)
+    length = np.linalg.norm(steps, axis=0).sum()
+    assert slenderness(PRESET).value == pytest.approx(length / helix.wire_radius, rel=1e-7)
+    along = np.arccos(steps[0, 0] / np.linalg.norm(steps[:, 0]))
+    assert pitch_angle(PRESET).value == pytest.approx(along, rel=1e-6)
+
+
+def test_the_thinnest_measured_helix_of_a_small_angle_passes():
+    """Pitch 15.2 R of Rodenborn et al.: the row that resistive-force theory meets best."""
+    thin = PRESET.replaced(
+        {
+            "device.helix": {
+                "length": "130 mm",
+                "outer_diameter": "13.394 mm",
+                "pitch": 15.241 * 6.3e-3,
+                "wire_radius": "0.397 mm",
+            }
+        }
+    )
+    assert slenderness(thin).value == pytest.approx(262, abs=1)
+    assert math.degrees(pitch_angle(thin).value) == pytest.approx(22.4, abs=0.05)
+    assert slenderness(thin).holds
+
+
+def test_a_given_matrix_has_no_slenderness():
+    assert slenderness(matrix_case(BALL)) is None
+    assert pitch_angle(matrix_case(BALL)) is None
+
+
+def test_resistive_force_theory_breaks_the_bound_and_a_true_matrix_does_not():
+    check = enclosing_body(PRESET)
+    assert not check.holds
+    matrix = hm.resistance(PRESET.device, PRESET.fluid)
+    assert check.value >= matrix[0, 0] / enclosing_resistance(PRESET.device, PRESET.fluid)[0, 0] > 2.0
+    assert enclosing_body(matrix_case(BALL / 3)).holds
+
+
+@pytest.mark.parametrize(("factor", "holds"), [(0.9999, True), (1.0001, False)])
+def test_the_bound_is_a_bound_on_every_motion(factor, holds):
+    around = enclosing_resistance(PRESET.device, PRESET.fluid)
+    lifted = around / 2
+    motion = np.linalg.solve(
+        np.linalg.cholesky(around).T, np.linalg.qr(np.random.default_rng(1).normal(size=(6, 6)))[0]
+    )
+    worst = around @ motion[:, :1]  # one mixed motion in which the drag is factor times the spheroid's
+    lifted = lifted + (factor - 0.5) * worst @ worst.T / float(motion[:, 0] @ worst[:, 0])
+    lifted = (lifted + lifted.T) / 2
+    check = enclosing_body(matrix_case(lifted))
+    assert check.value == pytest.approx(factor, rel=1e-9)
+    assert check.holds is holds
+
+
+def brenner(alpha, surface):
+    """Exact drag of a ball that moves towards a wall or a free surface, its centre cosh(alpha) radii away."""
+    total = 0.0
+    for n in range(1, 60):
+        k = 2 * n + 1
+        if surface:
+            ratio = (4 * math.cosh(k * alpha / 2) ** 2 + k**2 * math.sinh(alpha) ** 2) / (
+                2 * math.sinh(k * alpha) - k * math.sinh(2 * alpha)
+            )
+        else:
+            ratio = (2 * math.sinh(k * alpha) + k * math.sinh(2 * alpha)) / (
+                4 * math.sinh(k * alpha / 2) ** 2 - k**2 * math.sinh(alpha) ** 2
+            )
+        total += n * (n + 1) / ((2 * n - 1) * (2 * n + 3)) * (ratio - 1)
+    return 4 / 3 * math.sinh(alpha) * total
+
+
+@pytest.mark.parametrize("wall", ["surface", "floor"])
+def test_wall_effect_is_brenners_of_a_ball(wall):
+    alpha = 3.0
+    sign = 1 if wall == "surface" else -1
+    gap = 1e-3 * math.cosh(alpha)
+    scenario = matrix_case(BALL, start=(0.0, 0.0, 0.0)).replaced({f"workspace.{wall}": sign * gap})
+    check = wall_gap(scenario)
+    exact = brenner(alpha, wall == "surface") - 1
+    assert check.value == pytest.approx(exact, rel=0.15)  # first order
+    assert check.setting == f"workspace.{wall}"
+    assert not check.holds or wall == "surface"
+    remedy = scenario.replaced({f"workspace.{wall}": sign * gap * check.value / 0.0999})
+    assert wall_gap(remedy).holds
+
+
+def test_the_nearest_wall_counts_and_none_is_no_check():
+    assert wall_gap(PRESET) is None
+    tank = hm.load("paper/table1-row1")
+    assert wall_gap(tank).setting == "workspace.surface"
+    near = tank.replaced({"drive.start": ["0 mm", "39 mm", "0 mm"]})
+    assert wall_gap(near).setting == "workspace.walls.y"
+
+
+@pytest.mark.parametrize(("distance", "within"), [(0.102, 0.07), (0.150, 0.03), (0.3, 0.01)])
+@pytest.mark.parametrize("size", [(0.0175, 0.020), (0.01, 0.06)])
+def test_dipole_error_is_magpylibs_on_the_axis(distance, within, size):
+    radius, height = size
+    magnet = PRESET.replaced({"magnet.radius": radius, "magnet.height": height}).magnet[0]
+    source = magpylib.magnet.Cylinder(polarization=(0, 0, 1), dimension=(2 * radius, height))
+    moment = np.pi * radius**2 * height / (4e-7 * np.pi)
+    step = 1e-4
+    pull = (source.getB((0, 0, distance + step))[2] - source.getB((0, 0, distance - step))[2]) / (2 * step)
+    exact = abs(-6e-7 * moment / distance**4 / pull - 1)
+    assert dipole_error(magnet, distance) == pytest.approx(exact, rel=within * (2 if height > radius * 2 else 1))
+
+
+def test_magnet_distance_is_that_of_the_worst_magnet():
+    magnets = [((0.0, 0.0, 0.0), 18.89), ((0.0, 0.0, -0.05), 1.0)]
+    two = oracles.scenario_of(oracles.case(magnets=magnets, beta=0.0, start=(0.0, 0.0, 0.0)))
+    assert magnet_distance(two).value == pytest.approx(dipole_error(two.magnet[1], 0.1), rel=1e-12)
+    assert not magnet_distance(two).holds
+    assert magnet_distance(two.replaced({"magnet": [dict(two.magnet[0].model_dump(), field="cylinder")]})) is None
+
+
+def test_least_field_is_the_least_of_a_turn():
+    case = oracles.case(magnets=[((0.01, -0.05, 0.02), 18.89), ((-0.03, 0.04, 0.01), 7.0)], beta=0.4)
+    scenario = oracles.scenario_of(case)
+    strengths = []
+    for t in np.linspace(0.0, 1 / case["frequency"], 2000, endpoint=False):
+        # the drive's yaw is left out: it is slow
+        places, axis = oracles.rpm(case | {"yaw": 0.0}, t)
+        field = sum(
+            oracles.field_and_force(np.array(case["start"]) - place, m * axis, axis)[0]
+            for place, (_, m) in zip(places, case["magnets"], strict=True)
+        )
+        strengths.append(np.linalg.norm(field))
+    assert least_field(scenario) == pytest.approx(min(strengths), rel=1e-5)
+
+
+def test_step_out_is_moment_times_field_over_roll_resistance():
+    matrix = np.diag([0.03, 0.04, 0.04, 2e-8, 1e-6, 1e-6])
+    scenario = matrix_case(matrix, beta=0.0, start=(0.0, 0.0, 0.0), distance=0.15)
+    field = 1e-7 * 18.89 / 0.15**3
+    assert step_out_frequency(scenario) == pytest.approx(6.23e-4 * field / 2e-8 / (2 * np.pi), rel=1e-12)
+    assert step_out(scenario).value == pytest.approx(step_out_frequency(scenario) / 3.3, rel=1e-12)
+
+
+def test_step_is_lost_below_a_dipole_at_1_44_times_the_step_out_frequency():
+    """Planar roll in the elliptical field straight below: what the docstring of the lower bound claims."""
+
+    def lags(over):
+        def rate(t, angle):
+            return (-2 * np.cos(t) * np.sin(angle) + np.sin(t) * np.cos(angle)) / over
+
+        end = solve_ivp(rate, (0, 120 * np.pi), [0.0], rtol=1e-7, atol=1e-9).y[0, -1]
+        return end < 118 * np.pi
+
+    assert not lags(1.42)
+    assert lags(1.46)
+
+
+def test_cautions_are_grouped_over_a_batch_and_name_the_worst():
+    frequencies = [1.0, 3.3, 6.0, 9.0]
+    scenarios = [PRESET.replaced({"drive.frequency": f}) for f in frequencies]
+    found = {c.worst.name: c for c in cautions(scenarios, lambda run: f"f = {frequencies[run]:g}")}
+    assert found.keys() == {"slenderness", "pitch_angle", "enclosing_body", "step_out"}
+    out = found["step_out"]
+    assert (out.runs, out.of, out.where) == (2, 4, "f = 9")
+    assert "2 of 4 runs, worst at f = 9:" in out.text
+    assert found["slenderness"].runs == 4
+    assert cautions([]) == []
+
+
+def test_a_value_that_is_not_a_number_never_holds():
+    import dataclasses
+
+    for check in examine(PRESET):
+        assert not dataclasses.replace(check, value=math.nan).holds
+
+
+def test_a_run_holds_its_cautions_in_its_file(tmp_path):
+    run = hm.simulate(PRESET, duration=0.5)
+    run.save(tmp_path / "run.nc")
+    held = json.loads(hm.Trajectory.load(tmp_path / "run.nc").dataset.attrs["validity_warnings"])
+    assert [warning["name"] for warning in held] == ["slenderness", "pitch_angle", "enclosing_body"]
+    assert held[0]["value"] == pytest.approx(14.35, abs=0.01)
+    assert held[0].keys() >= {"setting", "threshold", "message", "remedy", "runs", "of"}
+
+
+@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell, on purpose
+def test_a_sweep_says_each_once_in_its_store_and_on_stderr(tmp_path, monkeypatch, capsys):
+    from helimag.cli import main
+
+    plan = tmp_path / "plan.toml"
+    plan.write_text(
+        'base = "paper/fig3c"\nduration = "1 s"\n[[axis]]\nfield = "drive.frequency"\nstart = "2 Hz"\nstop = "8 Hz"\n'
+        "count = 4\n"
+    )
+    words = ["helimag", "sweep", str(plan), "-o", str(tmp_path / "out.zarr"), "--json"]
+    monkeypatch.setattr("sys.argv", words)
+    main()
+    out, err = capsys.readouterr()
+    warnings = json.loads(out)["warnings"]
+    assert [line for line in err.splitlines() if "warning" in line] == [
+        f"helimag: warning: {warning['text']}" for warning in warnings
+    ]
+    step = next(warning for warning in warnings if warning["name"] == "step_out")
+    assert (step["runs"], step["of"], step["where"]) == (2, 4, "drive.frequency = 8 Hz")
+    stored = json.loads(hm.load_sweep(tmp_path / "out.zarr").attrs["validity_warnings"])
+    assert stored == warnings
+    main()  # nothing is left to compute, and it says the same
+    assert json.loads(capsys.readouterr().out)["warnings"] == warnings

@@ -1,0 +1,235 @@
+"""The engine's seams: another method, drag that depends on the place, another magnet, launches of any size, a look at
+runs under way, stopped and gone on with."""
+
+import threading
+import time
+from contextlib import closing
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import warp as wp
+from scipy.integrate import DOP853 as SCIPY_DOP853
+
+import helimag as hm
+import oracles
+from helimag.engine import MAGNET_MODELS, Control, Method, advance, advancing, build_rates, system_of
+from helimag.engine import running as running_module
+from helimag.engine.control import scaled_square
+from helimag.engine.methods import weighted_sum
+from helimag.outcomes import End
+from helimag.physics.balance import Body
+from helimag.physics.kinematics import State, normalized
+from helimag.physics.magnetics import Magnet, dipole_field, dipole_force
+
+SINKING = {
+    "moment": 1e-30,
+    "yaw": 0.0,
+    "start": (0.0, 0.0, 0.0),
+    "weight": 3e-4,
+    "gravity_center": 0.0,
+    "matrix": np.diag([0.1] * 3 + [8e-9] + [6e-6] * 2),
+    "beta": 0.0,
+}
+HALF, SIXTH, TWO = (wp.constant(wp.float64(value)) for value in (0.5, 1.0 / 6.0, 2.0))
+FIFTEENTH = wp.constant(wp.float64(1.0 / 15.0))
+
+
+def scenario(duration="20 s", extra="", **changes):
+    return oracles.scenario_of(oracles.case(**changes), f'{extra}\n[run]\nduration = "{duration}"')
+
+
+# ------------------------------------------------------------------------------------------------------- other methods
+
+
+def build_rk4(system):
+    """The classical Runge-Kutta step, its error from one step beside two of half the length."""
+    rates, drive_type, surroundings_type = build_rates(system), system.drive_type, system.surroundings_type
+
+    @wp.func
+    def step(
+        body: Body,
+        around: surroundings_type,
+        drive: drive_type,
+        magnets: wp.array(dtype=Magnet),
+        t: wp.float64,
+        h: wp.float64,
+        state: State,
+        k0: State,
+    ) -> State:
+        k1 = rates(body, around, drive, magnets, t + HALF * h, state + HALF * h * k0)
+        k2 = rates(body, around, drive, magnets, t + HALF * h, state + HALF * h * k1)
+        k3 = rates(body, around, drive, magnets, t + h, state + h * k2)
+        return state + SIXTH * h * (k0 + TWO * (k1 + k2) + k3)
+
+    @wp.func
+    def trial(
+        body: Body,
+        around: surroundings_type,
+        drive: drive_type,
+        magnets: wp.array(dtype=Magnet),
+        control: Control,
+        t: wp.float64,
+        h: wp.float64,
+        state: State,
+        k0: State,
+    ):
+        whole = step(body, around, drive, magnets, t, h, state, k0)
+        middle = step(body, around, drive, magnets, t, HALF * h, state, k0)
+        k = rates(body, around, drive, magnets, t + HALF * h, middle)
+        halves = step(body, around, drive, magnets, t + HALF * h, HALF * h, middle, k)
+        return normalized(halves), wp.sqrt(scaled_square(FIFTEENTH * (halves - whole), control))
+
+    return trial
+
+
+RK4 = Method("RK4", 5, build_rk4, safety=0.8, growth=1.5)
+
+
+def test_another_method_gives_the_same_run_samples_and_events():
+    run = scenario("30 s", distance=0.040, beta=np.radians(5.0))
+    (ours,), (theirs,) = advance([run]), advance([run], method=RK4, tolerance=1e-8)
+    assert theirs.status is ours.status is End.CONTACT
+    assert theirs.steps > 2 * ours.steps
+    assert theirs.time[-1] == pytest.approx(ours.time[-1], abs=5e-6)
+    # up to a tenth of a second before contact, where everything is fast
+    early = int(np.searchsorted(ours.time, ours.time[-1] - 0.1))
+    assert np.abs(theirs.states[:early, :3] - ours.states[:early, :3]).max() < 1e-8
+    assert np.abs(theirs.heights.low[:early] - ours.heights.low[:early]).max() < 1e-6
+    assert theirs.heights.slips == ours.heights.slips
+
+
+def test_the_coefficients_are_scipys():
+    """A weighted sum over stages is SciPy's own row, whatever it leaves out."""
+    rows = [SCIPY_DOP853.A[7, :7], SCIPY_DOP853.B, SCIPY_DOP853.E5[:12]]
+    stages = np.random.default_rng(1).normal(size=(12, 7))
+
+    for row in rows:
+        total = weighted_sum(row)
+
+        @wp.kernel(enable_backward=False, module="unique")
+        def sums(k: wp.array(dtype=wp.types.matrix(shape=(12, 7), dtype=wp.float64)), out: wp.array(dtype=State)):
+            out[0] = total(k[0])  # noqa: B023
+
+        given = wp.array(stages[None], dtype=wp.types.matrix(shape=(12, 7), dtype=wp.float64), device="cpu")
+        out = wp.zeros(1, dtype=State, device="cpu")
+        wp.launch(sums, dim=1, inputs=[given, out], device="cpu")
+        np.testing.assert_allclose(out.numpy()[0], row @ stages[: row.size], rtol=1e-13, atol=1e-14)
+
+
+# ------------------------------------------------------------------------------------------- drag that depends on place
+
+DEPTH = 0.02  # m, over which the drag doubles
+
+
+@wp.struct
+class Thickening:
+    depth: wp.float64
+
+
+@wp.func
+def thickening(
+    body: Body, surroundings: Thickening, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
+) -> wp.spatial_vectord:
+    """A fluid whose drag grows linearly with depth."""
+    return (body.mobility * load) / (wp.float64(1.0) - position[2] / surroundings.depth)
+
+
+def thickening_around(scenarios, device):
+    around = np.zeros(len(scenarios), dtype=Thickening.numpy_dtype())
+    around["depth"] = DEPTH
+    return wp.array(around, dtype=Thickening, device=device)
+
+
+def test_a_mobility_that_depends_on_height():
+    """Sinking at W / (a (1 + s / l)) covers the depth s = l (sqrt(1 + 2 W t / (a l)) - 1)."""
+    run = scenario("20 s", **SINKING, distance=0.05)
+
+    def formulas(given):
+        return replace(system_of(given), response=thickening, surround=thickening_around)
+
+    (thick,), (plain,) = advance([run], system=formulas), advance([run])
+    speed = 3e-4 / 0.1
+    depth = DEPTH * (np.sqrt(1.0 + 2.0 * speed * thick.time / DEPTH) - 1.0)
+    np.testing.assert_allclose(thick.states[:, 2], -depth, atol=1e-9)
+    np.testing.assert_allclose(plain.states[:, 2], -speed * plain.time, atol=1e-9)
+
+
+# ------------------------------------------------------------------------------------------------------ another magnet
+
+
+@wp.func
+def halved(magnet: Magnet, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
+    """A magnet that has lost half its strength."""
+    moment = HALF * magnet.moment * axis
+    return dipole_field(r, moment), dipole_force(r, moment, m)
+
+
+def test_a_new_magnet_model():
+    weak, strong = scenario("20 s", magnets=[((0.0, 0.0, 0.0), 9.445)]), scenario("20 s")
+    (expected,) = advance([weak])
+    (found,) = advance([strong], system=lambda given: replace(system_of(given), magnet=halved))
+    assert halved not in MAGNET_MODELS.values()
+    np.testing.assert_allclose(found.states, expected.states, atol=1e-9)
+
+
+# ------------------------------------------------------------------------------------------ launches, stopped, gone on
+
+
+def test_what_comes_out_does_not_depend_on_where_launches_end(monkeypatch):
+    """A launch may end after any trial step, between samples too."""
+    runs = [scenario("9 s"), scenario("30 s", distance=0.040, beta=np.radians(5.0))]
+    whole = advance(runs)
+    monkeypatch.setattr(running_module, "FIRST_BUDGET", 3)
+    monkeypatch.setattr(running_module, "LAUNCH_SECONDS", 1e-5)
+    for before, after in zip(whole, advance(runs), strict=True):
+        assert np.array_equal(before.time, after.time)
+        assert np.array_equal(before.records, after.records)
+        assert (before.steps, before.rejected) == (after.steps, after.rejected)
+
+
+def test_a_long_run_is_stopped_at_once_keeps_what_it_has_and_goes_on_to_the_same_numbers():
+    """Ten hours, given up after a moment: within half a second, and nothing of what was computed is lost."""
+    run = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz", "run.duration": "10 h", "run.interval": "1 s"})
+    looks = advancing([run])
+    with closing(looks):
+        for underway in looks:
+            if underway.fraction > 0.001:
+                break
+        begun = time.perf_counter()
+    stopped_within = time.perf_counter() - begun
+    (kept,) = underway.histories()
+    assert stopped_within < 0.5
+    assert kept.status is End.RUNNING
+    assert kept.time.size > 30
+    assert np.array_equal(kept.time, np.arange(kept.time.size))
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("helimag-runs")]
+    short = run.replaced({"run.duration": "600 s", "run.interval": "1 s"})
+    np.testing.assert_array_equal(kept.states[:30], advance([short])[0].states[:30])
+
+    with pytest.raises(hm.InputError, match="same scenarios"):
+        next(advancing([short], after=[kept]))
+
+
+def test_going_on_gives_the_same_bits():
+    runs = [scenario("40 s"), scenario("3 s", weight=2e-5)]
+    whole = advance(runs)
+    looks = advancing(runs)
+    with closing(looks):
+        first = next(looks).histories()
+    for underway in advancing(runs, after=first):
+        again = underway.histories()
+    for one, other in zip(whole, again, strict=True):
+        assert np.array_equal(one.records, other.records)
+        assert one.status is other.status is End.HORIZON
+
+
+def test_a_run_of_decades_can_be_stopped():
+    """Its samples lie weeks apart: a launch is bounded by its steps, not by the time between samples."""
+    run = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz", "run.duration": "1e9 s"})
+    looks = advancing([run])
+    with closing(looks):
+        next(looks)
+        next(looks)
+        begun = time.perf_counter()
+    assert time.perf_counter() - begun < 1.0
