@@ -32,10 +32,11 @@ INSIDE = {
         "refraction": set(),
         "shape": set(),
         "cameras": {"_cv", "refraction"},
+        "silhouette": {"shape", "cameras"},
         "films": {"_cv"},
         "calibration": {"_cv", "refraction", "shape", "cameras", "films"},
-        "tracking": {"_cv", "refraction", "shape", "cameras", "films", "calibration"},
-        "synthetic": {"_cv", "refraction", "shape", "cameras", "films", "calibration"},
+        "tracking": {"_cv", "refraction", "shape", "cameras", "silhouette", "films", "calibration"},
+        "synthetic": {"_cv", "refraction", "shape", "cameras", "silhouette", "films", "calibration"},
     },
 }
 

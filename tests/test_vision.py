@@ -75,9 +75,10 @@ def test_calibration_finds_the_rig(calibration: Calibration, true_rig: Rig) -> N
         assert float(camera.wall.normal @ true.wall.normal) > np.cos(np.radians(0.33))
 
 
-def test_calibration_warns_that_refraction_counts(calibration: Calibration) -> None:
-    assert any("refraction must not be ignored" in warning for warning in calibration.warnings)
+def test_refraction_is_warned_of_only_where_it_is_left_out(session: Session, calibration: Calibration) -> None:
     assert calibration.report["ignoring_refraction_after_shift_rms_mm"] > 1.0
+    assert not any("refraction" in warning for warning in calibration.warnings)
+    assert any("refraction is ignored" in warning for warning in calibrate(session, refraction=False).warnings)
 
 
 def test_oil_index_can_be_estimated(session: Session) -> None:

@@ -63,7 +63,10 @@ def output(run: Trajectory, *, seed: int = 0) -> Measured:
         return Measured(value, 0.0, value, value)
     time = np.asarray(run.dataset["time"].values, dtype=np.float64)
     height = np.asarray(run.dataset["position"].values[:, 2], dtype=np.float64)
-    noise = np.sqrt(np.asarray(run.dataset["position_covariance"].values[:, 2, 2], dtype=np.float64))
+    if "position_noise" in run.dataset:  # without the calibration's error, which moves all samples together
+        noise = np.asarray(run.dataset["position_noise"].values[:, 2], dtype=np.float64)
+    else:
+        noise = np.sqrt(np.asarray(run.dataset["position_covariance"].values[:, 2, 2], dtype=np.float64))
     attributes = run.dataset.attrs
     interval = float(attributes.get("frame_interval", np.median(np.diff(time)) if time.size > 1 else 1.0))
     random = np.random.default_rng(seed)
@@ -80,21 +83,23 @@ def output(run: Trajectory, *, seed: int = 0) -> Measured:
     accuracy = float(attributes.get("position_accuracy", 0.0))
     scale = float(attributes.get("scale_sd", 0.0)) * value
     sd = float(np.sqrt(drawn_ranges.var() + 2.0 * accuracy**2 + scale**2))
-    high = value + unseen(time, height, interval) + NORMAL_95 * sd
+    film = (float(attributes.get("film_begin", time[0])), float(attributes.get("film_end", time[-1])))
+    high = value + unseen(time, height, interval, film) + NORMAL_95 * sd
     return Measured(value, sd, max(value - excess - NORMAL_95 * sd, 0.0), high)
 
 
-def unseen(time: Floats, height: Floats, interval: float) -> float:
+def unseen(time: Floats, height: Floats, interval: float, film: tuple[float, float] | None = None) -> float:
     """How much longer the range of heights would be had the device gone straight on where no frame shows it (m).
 
     From each sample it is taken to go on with the speed between its neighbours: halfway into the time without a sample
-    that follows or precedes, and one frame ``interval`` (s) beyond the first and the last.
+    that follows or precedes, and beyond the first and the last to the film's ends, one frame ``interval`` (s) at least.
     """
     if time.size < 3:
         return 0.0
     speed = np.gradient(height, time)
-    after = np.append(np.diff(time) / 2.0, interval)
-    before = np.insert(np.diff(time) / 2.0, 0, interval)
+    begin, end = (time[0], time[-1]) if film is None else film
+    after = np.append(np.diff(time) / 2.0, max(interval, end - time[-1]))
+    before = np.insert(np.diff(time) / 2.0, 0, max(interval, time[0] - begin))
     reached = np.concatenate([height, height + speed * after, height - speed * before])
     return float(np.ptp(reached) - np.ptp(height))
 

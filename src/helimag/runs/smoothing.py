@@ -44,3 +44,25 @@ def smooth(time: Floats, values: Floats, interval: float) -> tuple[Floats, Float
     weights[enough] = np.einsum("ni,npi->np", np.linalg.inv(normal)[:, 0, :], design)
     smoothed = np.einsum("np,npk->nk", weights, values[index])
     return smoothed, weights
+
+
+def sharpened(time: Floats, values: Floats, interval: float) -> tuple[Floats, Floats]:
+    """Smooth, and give back what smoothing the result once more would take away (Tukey's twicing).
+
+    A swing that :func:`smooth` weakens by 1.8 % is then weakened by 0.03 %.
+
+    Returns
+    -------
+    tuple
+        Values (n, k), and the weights (n, 2 POINTS - 1) with which the samples around each entered.
+    """
+    once, weights = smooth(time, values, interval)
+    twice, _ = smooth(time, once, interval)
+    reach = POINTS // 2
+    count = time.size
+    combined = np.zeros((count, 4 * reach + 1))
+    combined[:, reach : 3 * reach + 1] = 2.0 * weights
+    for place in range(POINTS):
+        other = np.clip(np.arange(count) + place - reach, 0, count - 1)
+        combined[:, place : place + POINTS] -= weights[:, place, None] * weights[other]
+    return 2.0 * once - twice, combined

@@ -40,6 +40,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
         "m2",
         "covariance of the measured position, frame to frame",
     ),
+    "position_noise": (("time", "axis"), "m", "standard deviation of the measured position from frame to frame"),
     "attack_angle_sd": (("time",), "rad", "standard deviation of the measured attack angle"),
     "misfit": (("time",), "1", "disagreement of the two views, squared, over what is typical"),
     "segment": (("time",), "1", "number of the stretch without gaps that a measured sample belongs to"),

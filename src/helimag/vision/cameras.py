@@ -84,13 +84,20 @@ class Rig:
     tank
         (2, 3): lowest and highest corner of the oil in the lab frame (m).
     accuracy
-        What the calibration claims for a point in the tank (m, one standard deviation), 0 where the rig is exact.
+        What the calibration claims for a point in the tank (m, one standard deviation of a coordinate), 0 where the rig
+        is exact.
+    notes
+        Of the calibration: its report and its warnings.
+    variants
+        Pairs of cameras one standard deviation off, each along an independent direction: what the calibration leaves
+        open.
     """
 
     cameras: tuple[Camera, Camera]
     tank: Floats
     accuracy: float = 0.0
     notes: dict[str, Any] = field(default_factory=dict)
+    variants: tuple[tuple[Camera, Camera], ...] = ()
 
     def triangulate(self, first: Floats, second: Floats) -> tuple[Floats, Floats]:
         """Points (..., 3) in the lab (m) seen at pixels (..., 2) of both views, and how far the rays miss each
@@ -105,7 +112,13 @@ class Rig:
     def without_refraction(self) -> "Rig":
         """The same cameras, with light taken to go straight."""
         first, second = (replace(camera, wall=None) for camera in self.cameras)
-        return replace(self, cameras=(first, second))
+        return replace(self, cameras=(first, second), variants=())
+
+    def shifts(self, points: Floats) -> Floats:
+        """How far each variant puts points (n, 3) that look the same elsewhere: (variants, n, 3) in m."""
+        pixels = [camera.project(points) for camera in self.cameras]
+        moved = [replace(self, cameras=pair).triangulate(*pixels)[0] - points for pair in self.variants]
+        return np.stack(moved) if moved else np.zeros((0, *points.shape))
 
     def save(self, path: str | Path) -> None:
         """Write JSON; beside first, then renamed."""
@@ -118,28 +131,13 @@ class Rig:
             raise FileError(f"{path} cannot be written: {error.strerror}") from None
 
     def _plain(self) -> dict[str, Any]:
-        cameras = []
-        for camera in self.cameras:
-            wall = camera.wall
-            cameras.append(
-                {
-                    "name": camera.name,
-                    "matrix_px": camera.matrix.tolist(),
-                    "distortion": camera.distortion.tolist(),
-                    "rotation": camera.rotation.tolist(),
-                    "translation_m": camera.translation.tolist(),
-                    "size_px": list(camera.size),
-                    "wall": None
-                    if wall is None
-                    else {
-                        "point_m": wall.point.tolist(),
-                        "normal": wall.normal.tolist(),
-                        "thickness_m": wall.thickness,
-                        "indices": list(wall.indices),
-                    },
-                }
-            )
-        return {"cameras": cameras, "tank_m": self.tank.tolist(), "accuracy_m": self.accuracy, "notes": self.notes}
+        return {
+            "cameras": [_plain(camera) for camera in self.cameras],
+            "tank_m": self.tank.tolist(),
+            "accuracy_m": self.accuracy,
+            "notes": self.notes,
+            "variants": [[_plain(camera) for camera in pair] for pair in self.variants],
+        }
 
     @classmethod
     def load(cls, path: str | Path) -> "Rig":
@@ -161,11 +159,32 @@ class Rig:
         try:
             first, second = (_camera(entry) for entry in data["cameras"])
             tank = np.array(data["tank_m"], dtype=np.float64).reshape(2, 3)
-            return cls((first, second), tank, float(data["accuracy_m"]), dict(data["notes"]))
+            variants = tuple((_camera(one), _camera(two)) for one, two in data.get("variants", ()))
+            return cls((first, second), tank, float(data["accuracy_m"]), dict(data["notes"]), variants)
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(
                 f"{path} is not a calibrated pair of cameras ({error!r}); 'helimag vision calibrate' writes one"
             ) from None
+
+
+def _plain(camera: Camera) -> dict[str, Any]:
+    wall = camera.wall
+    return {
+        "name": camera.name,
+        "matrix_px": camera.matrix.tolist(),
+        "distortion": camera.distortion.tolist(),
+        "rotation": camera.rotation.tolist(),
+        "translation_m": camera.translation.tolist(),
+        "size_px": list(camera.size),
+        "wall": None
+        if wall is None
+        else {
+            "point_m": wall.point.tolist(),
+            "normal": wall.normal.tolist(),
+            "thickness_m": wall.thickness,
+            "indices": list(wall.indices),
+        },
+    }
 
 
 def _camera(entry: dict[str, Any]) -> Camera:

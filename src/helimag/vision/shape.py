@@ -61,6 +61,11 @@ class Shape:
         return self.nose - self.tail
 
     @property
+    def turns(self) -> float:
+        """Of the helix over the length from end to end, as if it went on over the head."""
+        return self.length / self.pitch
+
+    @property
     def width(self) -> float:
         """Outer diameter of the helix (m)."""
         return 2.0 * (self.helix_radius + self.wire_radius)

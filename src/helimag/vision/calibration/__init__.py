@@ -2,6 +2,6 @@
 
 from helimag.vision.calibration.boards import Board
 from helimag.vision.calibration.fit import Calibration, calibrate
-from helimag.vision.calibration.session import Session
+from helimag.vision.calibration.session import FACES, Session
 
-__all__ = ["Board", "Calibration", "Session", "calibrate"]
+__all__ = ["FACES", "Board", "Calibration", "Session", "calibrate"]

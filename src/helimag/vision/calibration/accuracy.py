@@ -8,9 +8,12 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.vision.calibration.pictures import Found, common
 from helimag.vision.calibration.session import Session
+from helimag.vision.calibration.variants import grid
 from helimag.vision.cameras import Rig
 
 Floats = NDArray[np.float64]
+
+SHARP = 0.5  # px to which lenses fit with sharp pictures of a flat board
 
 
 def held_out(session: Session, rig: Rig, found: Found, names: list[str]) -> dict[str, Any]:
@@ -47,46 +50,32 @@ def rigid(points: Floats, seen: Floats) -> tuple[Floats, float]:
 def cost_of_ignoring(rig: Rig) -> dict[str, float]:
     """How far off points in the tank would be (mm) if light were taken to go straight; and after the best rigid
     shift."""
-    low, high = rig.tank
-    inset = 0.1 * (high - low)
-    axes = [np.linspace(a, b, 7) for a, b in zip(low + inset, high - inset, strict=True)]
-    points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
-    pixels = [camera.project(points) for camera in rig.cameras]
-    seen = np.all(
-        [np.all(np.isfinite(p) & (p >= 0) & (p < c.size), axis=1) for p, c in zip(pixels, rig.cameras, strict=True)],
-        axis=0,
-    )
-    if seen.sum() < 4:
+    points = grid(rig, 7)
+    if points.shape[0] < 4:
         raise InputError("the cameras must both see the tank; the calibrated ones share less than four points of it")
-    straight, _ = rig.without_refraction().triangulate(pixels[0][seen], pixels[1][seen])
-    moved, _ = rigid(points[seen], straight)
+    straight, _ = rig.without_refraction().triangulate(*(camera.project(points) for camera in rig.cameras))
+    moved, _ = rigid(points, straight)
     return {
-        "ignoring_refraction_rms_mm": 1e3 * float(np.sqrt(np.mean(np.sum((straight - points[seen]) ** 2, axis=1)))),
+        "ignoring_refraction_rms_mm": 1e3 * float(np.sqrt(np.mean(np.sum((straight - points) ** 2, axis=1)))),
         "ignoring_refraction_after_shift_rms_mm": 1e3
         * float(np.sqrt(np.mean(np.sum((straight - moved) ** 2, axis=1)))),
     }
 
 
 def remarks(session: Session, rig: Rig, report: dict[str, Any]) -> list[str]:
+    """What to mind of a calibration that may be used."""
     claimed = 1e3 * session.accuracy
     warnings = []
-    if rig.cameras[0].wall is not None:
-        report |= cost_of_ignoring(rig)
-        cost = report["ignoring_refraction_after_shift_rms_mm"]
-        if cost > claimed:
-            warnings.append(
-                f"refraction must not be ignored here: points would be off by {cost:.2f} mm rms even after the best "
-                f"rigid shift, and {claimed:.2f} mm is claimed"
-            )
-    else:
+    if rig.cameras[0].wall is None:
         warnings.append("refraction is ignored: lengths and depths in the tank are off")
-    if report["held_out_rms_mm"] > claimed:
-        warnings.append(
-            f"held-out boards are off by {report['held_out_rms_mm']:.3f} mm rms, more than the {claimed:.2f} mm claimed"
-        )
+        if report["held_out_rms_mm"] > claimed:
+            warnings.append(
+                f"held-out boards are off by {report['held_out_rms_mm']:.3f} mm rms, more than the {claimed:.2f} mm "
+                f"claimed"
+            )
     worst = max(report["intrinsics_rms_px"].values())
-    if worst > 0.5:
+    if worst > SHARP:
         warnings.append(
-            f"intrinsics fit to {worst:.2f} px only; 0.5 px or less is usual: check for blur and a bent board"
+            f"intrinsics fit to {worst:.2f} px only; {SHARP:g} px or less is usual: check for blur and a bent board"
         )
     return warnings

@@ -7,12 +7,15 @@ from typing import Any
 import numpy as np
 
 from helimag.errors import InputError
-from helimag.vision.calibration.accuracy import held_out, remarks
+from helimag.vision.calibration.accuracy import cost_of_ignoring, held_out, remarks
+from helimag.vision.calibration.checks import check_accuracy, check_fit, check_index, check_lenses, check_walls
 from helimag.vision.calibration.in_air import board_pose, intrinsics, stereo
-from helimag.vision.calibration.joint import Joint
+from helimag.vision.calibration.joint import INDEX, WALLS, Fitted, Joint
 from helimag.vision.calibration.pictures import Found, find_boards
 from helimag.vision.calibration.placements import Pose
 from helimag.vision.calibration.session import Session
+from helimag.vision.calibration.starts import starting_values
+from helimag.vision.calibration.variants import variants
 from helimag.vision.cameras import Camera, Rig
 
 HELD_OUT = 2  # pictures in the tank that the fit does not see
@@ -55,28 +58,69 @@ def calibrate(
     for view, seen, size in zip(session.views, found, sizes, strict=True):
         matrix, distortion, errors[view.name] = intrinsics(session, seen["air"], size)
         cameras.append(Camera(view.name, matrix, distortion, np.eye(3), np.zeros(3), size))
+    check_lenses(errors)
     fitted, kept = _divided(session, found)
     watch(0.65)
-    lab = Pose(session.rotation, session.position)
     report: dict[str, Any] = {
         "intrinsics_rms_px": errors,
         "pictures": {kind: len(names) for kind, names in fitted.items()},
     }
+    pair = (cameras[0], cameras[1])
     if refraction:
-        second = stereo(session, found, cameras, fitted["air"])
-        problem = Joint(session, found, (cameras[0], cameras[1]), fitted)
-        result = problem.solve(second)
-        watch(0.95)
-        rig = problem.rig(result.x, lab)
-        report |= problem.describe(result)
+        problem = Joint(session, found, pair, fitted)
+        rig = _refracted(session, problem, found, fitted["air"], report)
     else:
-        rig = _straight(session, found, (cameras[0], cameras[1]), lab)
+        rig = _straight(session, found, pair, Pose(session.rotation, session.position))
+    watch(0.95)
     report |= held_out(session, rig, found, kept)
-    rig = replace(rig, accuracy=report["held_out_rms_mm"] * 1e-3)
+    if refraction:
+        check_accuracy(session, report)
+        report |= cost_of_ignoring(rig)
+    else:
+        rig = replace(rig, accuracy=report["held_out_rms_mm"] * 1e-3)
     warnings = remarks(session, rig, report)
     rig = replace(rig, notes={"report": report, "warnings": warnings})
     watch(1.0)
     return Calibration(rig, report, warnings)
+
+
+def _refracted(session: Session, problem: Joint, found: Found, in_air: list[str], report: dict[str, Any]) -> Rig:
+    """The rig that explains all pictures best, once it has passed every check; adds to the report."""
+    second = stereo(session, found, list(problem.cameras), in_air)
+    start = starting_values(problem, session, found, second)
+    fitted = problem.fit(start)
+    fitted = problem.fit(fitted.values, counted=fitted.clean())
+    if not session.estimate_oil:
+        check_index(session, fitted)
+        fitted = problem.fit(fitted.values, counted=fitted.counted, known_index=session.indices[2], noise=fitted.noise)
+    lab = Pose(session.rotation, session.position)
+    rig = problem.rig(fitted.values, lab)
+    check_fit(problem, fitted)
+    check_walls(session, rig, fitted)
+    others, sd = variants(problem, fitted, rig, lab)
+    report |= _described(problem, fitted)
+    report["position_sd_mm"] = 1e3 * sd
+    return replace(rig, accuracy=sd / np.sqrt(3.0), variants=tuple(other.cameras for other in others))
+
+
+def _described(problem: Joint, fitted: Fitted) -> dict[str, Any]:
+    """Errors of the fit in pixels, and the walls and the index with their standard deviations."""
+    walls = {}
+    for view, camera in enumerate(problem.cameras):
+        at = WALLS + 3 * view
+        lean = np.hypot(fitted.values[at], fitted.values[at + 1])
+        walls[camera.name] = {
+            "distance_mm": 1e3 * float(fitted.values[at + 2]),
+            "distance_sd_mm": 1e3 * fitted.spread(at + 2),
+            "tilt_to_camera_deg": float(np.degrees(np.arctan(lean))),
+            "tilt_sd_deg": float(np.degrees(max(fitted.spread(at), fitted.spread(at + 1)))),
+        }
+    return {
+        "joint_rms_px": {c.name: problem.rms(fitted, view) for view, c in enumerate(problem.cameras)},
+        "walls": walls,
+        "oil_index": float(fitted.values[INDEX]),
+        "oil_index_sd": fitted.spread(INDEX),
+    }
 
 
 def _divided(session: Session, found: Found) -> tuple[dict[str, list[str]], list[str]]:

@@ -1,13 +1,12 @@
-"""The joint fit of extrinsics, walls, index and boards to all pictures that both cameras share."""
+"""The joint fit of lenses, extrinsics, walls, index and boards to all pictures, in air and in the tank."""
 
-from dataclasses import replace
-from typing import Any
+import itertools
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
-from helimag.vision.calibration.in_air import board_pose
 from helimag.vision.calibration.pictures import Found
 from helimag.vision.calibration.placements import Pose
 from helimag.vision.calibration.session import Session
@@ -15,161 +14,211 @@ from helimag.vision.cameras import Camera, Rig
 from helimag.vision.refraction import Wall
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
-INDEX_RANGE = (1.2, 1.7)  # of liquids
+INDEX_RANGE = (1.05, 1.9)  # of liquids, with room for a wrong first guess
+INDEX_SD = 0.002  # of an index that was looked up or measured with a refractometer
+LENS = 8  # fx, fy, cx, cy, k1, k2, p1, p2 of a camera
+SECOND, WALLS, INDEX, BOARDS = 2 * LENS, 2 * LENS + 6, 2 * LENS + 12, 2 * LENS + 13
+ROBUST = 0.5  # px from which a corner counts less
+ROUNDS = 40  # of Levenberg and Marquardt's method; from a good start it needs 4 to 8
+SETTLED = 1e-6  # share of the cost that a round must still gain
+STUCK = 1e8  # damping beyond which no step helps
+SPREAD_OF_MEDIAN = 1.4826  # standard deviation of normal noise over the median of its size
+OUTLYING = 5.0  # standard deviations from which a corner does not count
+STEP = 1e-7  # of the differences, relative to a parameter's size
+
+
+class Corners(NamedTuple):
+    """All corners of one camera in one medium: board frame (n, 3) in m, picture (n,), pixels (n, 2)."""
+
+    view: int
+    medium: str
+    points: Floats
+    picture: NDArray[np.int64]
+    pixels: Floats
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Values that fit best, their covariance, residuals (px), and which of those counted."""
+
+    values: Floats
+    covariance: Floats
+    residuals: Floats
+    counted: Flags
+
+    @property
+    def noise(self) -> float:
+        """Of a corner's coordinate (px, standard deviation)."""
+        return float(np.std(self.residuals[self.counted]))
+
+    def clean(self) -> Flags:
+        """Residuals of corners that lie where corners with the usual noise lie; blur and glare move some further."""
+        pairs = np.abs(self.residuals.reshape(-1, 2)).max(axis=1)
+        usual = SPREAD_OF_MEDIAN * float(np.median(np.abs(self.residuals)))
+        return np.repeat(pairs < OUTLYING * usual, 2)
+
+    def spread(self, place: int) -> float:
+        """Standard deviation of one value."""
+        return float(np.sqrt(max(self.covariance[place, place], 0.0)))
 
 
 class Joint:
-    """The joint fit, in the first camera's frame: [second camera 6 | walls 2 x 3 | oil's index | boards 6 each]."""
+    """The fit, in the first camera's frame: [two lenses | second camera 6 | walls 2 x 3 | oil's index | boards 6 each].
 
-    BOARDS = 13
+    A wall is (lean x, lean y, distance) in its own camera's frame: its normal is along (lean x, lean y, 1). The board
+    of a picture that one camera took alone is in that camera's frame.
+    """
 
-    def __init__(
-        self,
-        session: Session,
-        found: Found,
-        cameras: tuple[Camera, Camera],
-        names: dict[str, list[str]],
-    ) -> None:
+    def __init__(self, session: Session, found: Found, cameras: tuple[Camera, Camera], names: dict[str, list[str]]):
         self.session = session
         self.cameras = cameras
-        self.pictures = [(kind, name) for kind in ("air", "oil") for name in names[kind]]
-        self.corners = [[found[view][kind][name] for view in (0, 1)] for kind, name in self.pictures]
-
-    def walls(self, values: Floats) -> list[Wall]:
-        """Each in its own camera's frame, whose centre is the origin."""
-        walls = []
+        self.pictures: list[tuple[str, str, tuple[int, ...]]] = [
+            (kind, name, (0, 1)) for kind in ("air", "oil") for name in names[kind]
+        ]
         for view in (0, 1):
-            lean_x, lean_y, distance = values[6 + 3 * view : 9 + 3 * view]
-            normal = np.array([lean_x, lean_y, 1.0]) / np.sqrt(1.0 + lean_x**2 + lean_y**2)
-            indices = (self.session.indices[0], self.session.indices[1], float(values[12]))
-            walls.append(Wall(distance * normal, normal, self.session.thickness, indices))
-        return walls
+            alone = sorted(set(found[view]["air"]) - set(names["air"]))
+            self.pictures += [("air", name, (view,)) for name in alone]
+        self.groups = [self._group(found, view, medium) for view in (0, 1) for medium in ("air", "oil")]
+        sizes = np.cumsum([0] + [2 * group.pixels.shape[0] for group in self.groups])
+        self.rows = [slice(int(a), int(b)) for a, b in itertools.pairwise(sizes)]
 
-    def start(self, second: Pose) -> Floats:
-        values = [second.six]
-        values += [np.array([0.0, 0.0, view.distance]) for view in self.session.views]
-        values.append(np.array([self.session.indices[2]]))
-        for (kind, _), corners in zip(self.pictures, self.corners, strict=True):
-            pose = board_pose(self.session, self.cameras[0], corners[0])
-            if kind == "oil":  # what is behind the wall looks nearer than it is
-                depth = pose.translation[2]
-                behind = max(depth - self.session.views[0].distance, 0.0) * (self.session.indices[2] - 1.0)
-                pose = Pose(pose.rotation, pose.translation * (1.0 + behind / depth))
-            values.append(pose.six)
-        return np.concatenate(values)
+    def _group(self, found: Found, view: int, medium: str) -> Corners:
+        points, picture, pixels = [], [], []
+        for index, (kind, name, views) in enumerate(self.pictures):
+            if kind == medium and view in views:
+                numbers, seen = found[view][kind][name]
+                points.append(self.session.board.corners[numbers])
+                picture.append(np.full(numbers.size, index))
+                pixels.append(seen)
+        return Corners(view, medium, np.concatenate(points), np.concatenate(picture), np.concatenate(pixels))
+
+    def camera(self, values: Floats, view: int) -> Camera:
+        """With the lens and the wall that the values say, in its own frame."""
+        fx, fy, cx, cy, *bent = values[LENS * view : LENS * (view + 1)]
+        matrix = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+        lean_x, lean_y, distance = values[WALLS + 3 * view : WALLS + 3 * view + 3]
+        normal = np.array([lean_x, lean_y, 1.0]) / np.sqrt(1.0 + lean_x**2 + lean_y**2)
+        indices = (self.session.indices[0], self.session.indices[1], float(values[INDEX]))
+        wall = Wall(distance * normal, normal, self.session.thickness, indices)
+        return replace(self.cameras[view], matrix=matrix, distortion=np.array([*bent, 0.0]), wall=wall)
 
     def residuals(self, values: Floats) -> Floats:
         """Pixels by which the corners are seen beside where they should be: (2 x corners,)."""
-        walls = self.walls(values)
-        second = Pose.from_six(values[:6])
-        return np.concatenate([self._picture(values, walls, second, index) for index in range(len(self.pictures))])
-
-    def _picture(self, values: Floats, walls: list[Wall], second: Pose, index: int) -> Floats:
-        at = self.BOARDS + 6 * index
-        board = Pose.from_six(values[at : at + 6])
-        kind = self.pictures[index][0]
+        second = Pose.from_six(values[SECOND : SECOND + 6])
+        boards = Pose.many(values[BOARDS:].reshape(-1, 6))
+        alone = np.array([len(views) == 1 for _, _, views in self.pictures])
         parts = []
-        for view, (numbers, pixels) in enumerate(self.corners[index]):
-            local = board.of(self.session.board.corners[numbers])
+        for view, medium, points, picture, pixels in self.groups:
+            local = np.einsum("nij,nj->ni", boards[0][picture], points) + boards[1][picture]
             if view == 1:
-                local = second.of(local)
-            camera = replace(self.cameras[view], wall=walls[view] if kind == "oil" else None)
-            parts.append((camera.project(local) - pixels).ravel())
+                local = np.where(alone[picture][:, None], local, second.of(local))
+            camera = self.camera(values, view)
+            seen = (camera if medium == "oil" else replace(camera, wall=None)).project(local)
+            parts.append((seen - pixels).ravel())
         return np.nan_to_num(np.concatenate(parts), nan=1e3)
 
     def jacobian(self, values: Floats) -> Floats:
-        """By differences; a board's pose moves its own picture only."""
+        """By differences; a board's pose moves its own picture only, so all boards are moved at once."""
         base = self.residuals(values)
         jacobian = np.zeros((base.size, values.size))
-        for column in range(self.BOARDS):
+        picture = np.concatenate([np.repeat(group.picture, 2) for group in self.groups])
+        rows = np.arange(base.size)
+        for column in range(BOARDS):
             moved = values.copy()
-            moved[column] += 1e-7
-            jacobian[:, column] = (self.residuals(moved) - base) / 1e-7
-        walls, second = self.walls(values), Pose.from_six(values[:6])
-        row = 0
-        for index, corners in enumerate(self.corners):
-            rows = slice(row, row + 2 * sum(pair[0].size for pair in corners))
-            row = rows.stop
-            for column in range(self.BOARDS + 6 * index, self.BOARDS + 6 * index + 6):
-                moved = values.copy()
-                moved[column] += 1e-7
-                jacobian[rows, column] = (self._picture(moved, walls, second, index) - base[rows]) / 1e-7
+            step = STEP * max(1.0, abs(values[column]))
+            moved[column] += step
+            jacobian[:, column] = (self.residuals(moved) - base) / step
+        for column in range(6):
+            moved = values.copy()
+            moved[BOARDS + column :: 6] += STEP
+            jacobian[rows, BOARDS + 6 * picture + column] = (self.residuals(moved) - base) / STEP
         return jacobian
 
-    def solve(self, second: Pose) -> Any:
-        start = self.start(second)
-        free = np.ones(start.size, bool)
-        free[12] = False
-        result = self._fit(start, free)
-        if self.session.estimate_oil:  # only from a good start, since index and distances trade off
-            free[12] = True
-            result = self._fit(result.x, free)
-        return result
+    def fit(
+        self, start: Floats, *, counted: Flags | None = None, known_index: float | None = None, noise: float = 0.1
+    ) -> Fitted:
+        """Least squares from a start; a known index counts as measured once, within 0.002.
 
-    def _fit(self, start: Floats, free: NDArray[np.bool_]) -> Any:
-        def whole(part: Floats) -> Floats:
-            values = start.copy()
-            values[free] = part
-            return values
+        Parameters
+        ----------
+        counted
+            Residuals that count; default all.
+        noise
+            Of a corner (px), with which the known index is weighed against the corners.
+        """
+        weight = 0.0 if known_index is None else noise / INDEX_SD
+        values, residuals = start, self.residuals(start)
+        count = np.ones(residuals.size, bool) if counted is None else counted
 
-        low, high = np.full(start.size, -np.inf), np.full(start.size, np.inf)
-        low[12], high[12] = INDEX_RANGE
-        result = least_squares(
-            lambda part: self.residuals(whole(part)),
-            start[free],
-            jac=lambda part: self.jacobian(whole(part))[:, free],
-            bounds=(low[free], high[free]),
-            x_scale="jac",
-            loss="soft_l1",
-            f_scale=0.5,
-            max_nfev=60,
-        )
-        covariance = (
-            np.linalg.pinv(result.jac.T @ result.jac) * 2.0 * result.cost / max(1, result.fun.size - free.sum())
-        )
-        spread = np.zeros(start.size)
-        spread[free] = np.sqrt(np.diag(covariance))
-        result.x, result.spread = whole(result.x), spread
-        return result
+        def total(values: Floats, residuals: Floats) -> float:
+            index = weight * (values[INDEX] - (known_index or 0.0))
+            return _cost(residuals[count]) + 0.5 * float(index) ** 2
+
+        damping, cost = 1e-4, total(values, residuals)
+        for _ in range(ROUNDS):
+            scaled, slope, size = self._linear(values, residuals, count, weight, known_index or 0.0)
+            gained = 0.0
+            while damping < STUCK and gained == 0.0:
+                step = -size * np.linalg.solve(scaled + damping * np.eye(size.size), size * slope)
+                tried = values + step
+                tried[INDEX] = np.clip(tried[INDEX], *INDEX_RANGE)
+                fresh = self.residuals(tried)
+                lower = total(tried, fresh)
+                damping *= 0.1 if lower < cost else 10.0
+                if lower < cost:
+                    gained, cost = (cost - lower) / cost, lower
+                    values, residuals = tried, fresh
+            if gained < SETTLED:
+                break
+        freedom = max(1, int(count.sum()) - size.size)
+        inverse = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True) * np.outer(size, size)
+        return Fitted(values, inverse * 2.0 * cost / freedom, residuals, count)
+
+    def _linear(
+        self, values: Floats, residuals: Floats, counted: Flags, weight: float, known_index: float
+    ) -> tuple[Floats, Floats, Floats]:
+        """Normal matrix scaled to a diagonal of ones, slope of the cost, and the scales: columns differ by nine
+        orders."""
+        trust = counted / np.sqrt(1.0 + (residuals / ROBUST) ** 2)
+        jacobian = self.jacobian(values)
+        normal = jacobian.T @ (jacobian * trust[:, None])
+        slope = jacobian.T @ (trust * residuals)
+        normal[INDEX, INDEX] += weight**2
+        slope[INDEX] += weight**2 * (values[INDEX] - known_index)
+        size = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
+        return normal * np.outer(size, size), slope, size
+
+    def rms(self, fitted: Fitted, view: int, medium: str | None = None) -> float:
+        """Root mean square distance (px) between a camera's corners that counted and where they should be."""
+        squares = [
+            fitted.residuals[rows][fitted.counted[rows]] ** 2
+            for group, rows in zip(self.groups, self.rows, strict=True)
+            if group.view == view and medium in (None, group.medium)
+        ]
+        return float(np.sqrt(2.0 * np.mean(np.concatenate(squares))))
+
+    def datum(self) -> slice:
+        """Where the datum board's pose is among the values."""
+        at = BOARDS + 6 * self.pictures.index(("oil", self.session.datum, (0, 1)))
+        return slice(at, at + 6)
 
     def rig(self, values: Floats, lab: Pose) -> Rig:
         """The rig in the lab frame, which the datum fixes."""
-        datum = self.pictures.index(("oil", self.session.datum))
-        board = Pose.from_six(values[self.BOARDS + 6 * datum : self.BOARDS + 6 * datum + 6])
-        first = board.after(lab.inverse)
-        poses = (first, Pose.from_six(values[:6]).after(first))
+        first = Pose.from_six(values[self.datum()]).after(lab.inverse)
+        poses = (first, Pose.from_six(values[SECOND : SECOND + 6]).after(first))
         cameras = []
-        for camera, pose, wall in zip(self.cameras, poses, self.walls(values), strict=True):
+        for view, pose in enumerate(poses):
+            camera = self.camera(values, view)
+            wall = camera.wall or Wall(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.0)
             to_lab = pose.inverse
             normal = to_lab.rotation @ wall.normal
             placed = replace(wall, point=to_lab.of(wall.point), normal=normal / np.linalg.norm(normal))
             cameras.append(replace(camera, rotation=pose.rotation, translation=pose.translation, wall=placed))
         return Rig((cameras[0], cameras[1]), self.session.tank)
 
-    def describe(self, result: Any) -> dict[str, Any]:
-        """Errors of the fit in pixels, and the walls with their standard deviations."""
-        square = {camera.name: [0.0, 0] for camera in self.cameras}
-        residuals = self.residuals(result.x)
-        row = 0
-        for corners in self.corners:
-            for camera, (numbers, _) in zip(self.cameras, corners, strict=True):
-                part = residuals[row : row + 2 * numbers.size]
-                row += part.size
-                square[camera.name][0] += float(part @ part)
-                square[camera.name][1] += part.size // 2
-        walls = {}
-        for view, (camera, wall) in enumerate(zip(self.cameras, self.walls(result.x), strict=True)):
-            lean = result.spread[6 + 3 * view : 8 + 3 * view].max()
-            walls[camera.name] = {
-                "distance_mm": 1e3 * float(result.x[8 + 3 * view]),
-                "distance_sd_mm": 1e3 * float(result.spread[8 + 3 * view]),
-                "tilt_to_camera_deg": float(np.degrees(np.arccos(wall.normal[2]))),
-                "tilt_sd_deg": float(np.degrees(lean)),
-            }
-        return {
-            "joint_rms_px": {name: float(np.sqrt(total / count)) for name, (total, count) in square.items()},
-            "walls": walls,
-            "oil_index": float(result.x[12]),
-            "oil_index_sd": float(result.spread[12]),
-        }
+
+def _cost(residuals: Floats) -> float:
+    """Half the sum of squares, of which large ones count like their size only (soft L1)."""
+    return float(np.sum(ROBUST**2 * (np.sqrt(1.0 + (residuals / ROBUST) ** 2) - 1.0)))

@@ -64,9 +64,10 @@ def find_boards(session: Session, watch: Callable[[float], None]) -> tuple[Found
             corners = {name: session.board.find(picture) for name, picture in pictures.items()}
             seen[kind] = {name: pair for name, pair in corners.items() if pair[0].size}
         if len(seen["air"]) < LEAST_AIR:
+            remedy = "take more" if len(air) < LEAST_AIR else "check [board] against the printed one"
             raise InputError(
                 f"camera {view.name} needs the board in at least {LEAST_AIR} pictures in air; it was found in "
-                f"{len(seen['air'])} of {len(air)}; check [board] against the printed one"
+                f"{len(seen['air'])} of {len(air)}: {remedy}"
             )
         found.append(seen)
         watch(0.3 * (number + 1))

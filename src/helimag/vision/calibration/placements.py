@@ -33,3 +33,8 @@ class Pose:
     @classmethod
     def from_six(cls, values: Floats) -> "Pose":
         return cls(np.asarray(Rotation.from_rotvec(values[:3]).as_matrix()), np.asarray(values[3:]))
+
+    @staticmethod
+    def many(sixes: Floats) -> tuple[Floats, Floats]:
+        """Rotations (n, 3, 3) and translations (n, 3) of many poses (n, 6)."""
+        return np.asarray(Rotation.from_rotvec(sixes[:, :3]).as_matrix()), sixes[:, 3:]

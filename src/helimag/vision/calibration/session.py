@@ -15,6 +15,8 @@ from helimag.vision.calibration.boards import Board
 
 Floats = NDArray[np.float64]
 
+FACES = ("x low", "y low", "z low", "x high", "y high", "z high")
+
 
 @dataclass(frozen=True)
 class View:
@@ -24,6 +26,7 @@ class View:
     air: Path
     oil: Path
     distance: float  # of the wall from the camera, roughly (m)
+    wall: str | None = None  # the tank's face that it looks through, such as "y low", where the session says so
 
 
 @dataclass(frozen=True)
@@ -101,13 +104,26 @@ def _length(table: dict[str, Any], key: str, name: str) -> float:
     return q.parse(value, q.LENGTH)
 
 
+def _wall(table: dict[str, Any]) -> str | None:
+    wall = table.get("wall")
+    if wall is not None and wall not in FACES:
+        raise InputError(f"camera {table['name']}.wall must be one of {', '.join(FACES)}; got {wall!r}")
+    return wall
+
+
 def _session(data: dict[str, Any], folder: Path) -> Session:
     board, tank, datum = data["board"], data["tank"], data["datum"]
     cameras = data["camera"]
     if not isinstance(cameras, list) or len(cameras) != 2:
         raise InputError("[[camera]] must be given twice")
     views = [
-        View(str(c["name"]), folder / c["air"], folder / c["oil"], _length(c, "distance", f"camera {c['name']}"))
+        View(
+            str(c["name"]),
+            folder / c["air"],
+            folder / c["oil"],
+            _length(c, "distance", f"camera {c['name']}"),
+            _wall(c),
+        )
         for c in cameras
     ]
     indices = tuple(float(tank["indices"][i]) for i in range(3))

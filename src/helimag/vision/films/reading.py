@@ -56,6 +56,11 @@ class Film:
             if min(self.size) < 1:
                 raise InputError(f"{self.path} holds no picture")
 
+    @property
+    def lossy(self) -> bool:
+        """Whether pictures are compressed with loss; of a video that is assumed."""
+        return not self._pictures
+
     def _listed_times(self) -> list[float] | None:
         beside = self.path / "times.csv" if self.path.is_dir() else self.path.with_suffix(".times.csv")
         return read_times(beside) if beside.exists() else None
@@ -113,9 +118,17 @@ class Film:
                 if self.duration_units <= 0 or self.announced <= 2 * count:
                     stride = max(1, self.announced // count)
                     return [gray(f) for i, f in enumerate(container.decode(stream)) if i % stride == 0]
+                known: set[int] = set()
                 for place in np.linspace(0.0, 0.98, count):
-                    container.seek(self.start + int(place * self.duration_units), stream=stream)
-                    pictures.append(gray(next(container.decode(stream))))
+                    wanted = self.start + int(place * self.duration_units)
+                    container.seek(wanted, stream=stream)
+                    frames = container.decode(stream)
+                    frame = next(frames)
+                    # a film of few key frames would show a few frames many times: go on to the one that is wanted
+                    while frame.pts in known and frame.pts < wanted and (later := next(frames, None)) is not None:
+                        frame = later
+                    known.add(frame.pts)
+                    pictures.append(gray(frame))
         except (av.error.FFmpegError, StopIteration) as error:
             reason = getattr(error, "strerror", None) or "it breaks off"
             raise FileError(f"{self.path} cannot be decoded: {reason}") from None

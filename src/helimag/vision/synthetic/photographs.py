@@ -13,13 +13,14 @@ from scipy.spatial.transform import Rotation
 from helimag import quantities as q
 from helimag.errors import FileError, InputError
 from helimag.vision._cv import cv2
-from helimag.vision.calibration import Board
+from helimag.vision.calibration import FACES, Board
 from helimag.vision.cameras import Camera, Rig
 
 Floats = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 TEXELS = 120  # of a square's side in the board's picture
+TRIES = 100  # at a board's attitude in the tank
 GRID = 8  # pixels between rays that are traced; the board's coordinates are smooth in between
 
 
@@ -32,17 +33,7 @@ def photograph(board: Board, camera: Camera, rotation: Floats, place: Floats, ra
         (3, 3) and (3,): from the board's frame to the lab (m).
     """
     width, height = camera.size
-    margin = board.square / 4.0
-    size = np.array([board.columns, board.rows]) * board.square
-    outline = np.array(
-        [
-            [-margin, -margin, 0],
-            [size[0] + margin, -margin, 0],
-            [*(size + margin), 0],
-            [-margin, size[1] + margin, 0],
-        ]
-    )
-    seen = camera.project(outline @ rotation.T + place)
+    seen = camera.project(_outline(board) @ rotation.T + place)
     shade = 190.0 + 12.0 * random.normal() * (np.mgrid[0:height, 0:width][1] / width - 0.5)
     picture = shade * 0.45
     low = np.clip(np.floor(seen.min(axis=0)).astype(int) - 2 * GRID, 0, (width - GRID, height - GRID))
@@ -53,6 +44,20 @@ def photograph(board: Board, camera: Camera, rotation: Floats, place: Floats, ra
     picture[region] = np.where(white, shade[region] * (0.12 + 0.88 * inside / 255.0), picture[region])
     picture = cv2.GaussianBlur(picture, (0, 0), 0.7) + random.normal(0.0, 2.0, picture.shape)
     return np.asarray(np.clip(picture + 0.5, 0, 255), dtype=np.uint8)
+
+
+def _outline(board: Board) -> Floats:
+    """Corners of the printed sheet in the board's frame (m): (4, 3)."""
+    margin = board.square / 4.0
+    size = np.array([board.columns, board.rows]) * board.square
+    return np.array(
+        [
+            [-margin, -margin, 0],
+            [size[0] + margin, -margin, 0],
+            [*(size + margin), 0],
+            [-margin, size[1] + margin, 0],
+        ]
+    )
 
 
 def _sampled(
@@ -88,11 +93,13 @@ def _look_up(texture: Picture, u: NDArray[np.float32], v: NDArray[np.float32]) -
     return np.asarray(np.where(outside, -1.0e4, values), dtype=np.float64)
 
 
-def _facing(tilt: Floats) -> Floats:
-    """Attitude of a board seen by both cameras: in between the directions from the front and from below, then
+def _facing(rig: Rig, tilt: Floats) -> Floats:
+    """Attitude of a board seen by both cameras: in between the directions in which they look in the oil, then
     tilted."""
-    into = np.array([0.0, 1.0, 1.0]) / np.sqrt(2.0)
-    along = np.array([1.0, 0.0, 0.0])
+    directions = [camera.rays((np.array(camera.size) - 1.0) / 2.0)[1] for camera in rig.cameras]
+    into = np.sum(directions, axis=0) / np.linalg.norm(np.sum(directions, axis=0))
+    along = np.cross(into, np.cross([1.0, 0.0, 0.0], into))
+    along /= np.linalg.norm(along)
     upright = np.stack([along, np.cross(into, along), into], axis=1)
     return np.asarray(Rotation.from_rotvec(tilt).as_matrix() @ upright)
 
@@ -141,7 +148,7 @@ def render_session(
         for number in range(own):
             take("air", view, f"{camera.name}{number:02d}.png", *_alone(camera, number, random))
     for number in range(shared + oil):
-        pose = _in_tank(rig, middle, number, random)
+        pose = _in_tank(rig, board, middle, number, random)
         if number == shared:
             datum = (pose[0], pose[1] - pose[0] @ middle)
         for view in (0, 1):
@@ -159,15 +166,38 @@ def _alone(camera: Camera, number: int, random: np.random.Generator) -> tuple[Fl
     return camera.rotation.T @ tilt, camera.rotation.T @ (spot - camera.translation)
 
 
-def _in_tank(rig: Rig, middle: Floats, number: int, random: np.random.Generator) -> tuple[Floats, Floats]:
-    """Attitude and place of a board that both cameras see, at other ends of the tank in turn."""
+def _in_tank(rig: Rig, board: Board, middle: Floats, number: int, random: np.random.Generator) -> tuple[Floats, Floats]:
+    """Attitude and place of a board that both cameras see whole, at other ends of the tank in turn."""
+    for _ in range(TRIES):
+        rotation, place = _tried(rig, middle, number, random)
+        around = _outline(board) @ rotation.T + place - rotation @ middle
+        if all(np.all(np.isfinite(camera.project(around))) for camera in rig.cameras):
+            return rotation, place
+    raise InputError("a board must fit into the tank behind both walls; these cameras look too much aslant")
+
+
+def _tried(rig: Rig, middle: Floats, number: int, random: np.random.Generator) -> tuple[Floats, Floats]:
     low, high = rig.tank
-    rotation = _facing(random.uniform(-1, 1, 3) * [0.25, 0.35, 0.35])
+    rotation = _facing(rig, random.uniform(-1, 1, 3) * [0.25, 0.35, 0.35])
     reach = np.abs(rotation @ (middle * [1, 1, 0])) + np.abs(rotation @ (middle * [1, -1, 0]))
     reach = np.minimum(reach / 2.0 + 0.014, (high - low) / 2.0 - 1e-3)
     place = random.uniform(low + reach, high - reach)
     place[0] = low[0] + 0.042 + (high[0] - low[0] - 0.084) * ((number * 0.382) % 1.0)
     return rotation, place
+
+
+def _distance(camera: Camera) -> float:
+    """From a camera to the outer face of its wall, as a person would measure it (m)."""
+    if camera.wall is None:
+        raise InputError("a rig must have walls to be calibrated in a tank")
+    return round(float((camera.wall.point - camera.centre) @ camera.wall.normal), 2)
+
+
+def _face(camera: Camera) -> str:
+    """The tank's face that a camera looks through."""
+    normal = camera.rotation[2] if camera.wall is None else camera.wall.normal
+    axis = int(np.argmax(np.abs(normal)))
+    return FACES[axis if normal[axis] > 0.0 else axis + 3]
 
 
 def _write(rig: Rig, path: Path, board: Board, picture: str, datum: tuple[Floats, Floats]) -> None:
@@ -199,7 +229,14 @@ def _write(rig: Rig, path: Path, board: Board, picture: str, datum: tuple[Floats
             "rotation": show(Rotation.from_matrix(datum[0]).as_rotvec(), q.ANGLE),
         },
         "camera": [
-            {"name": c.name, "air": f"air/{c.name}", "oil": f"oil/{c.name}", "distance": "350 mm"} for c in rig.cameras
+            {
+                "name": c.name,
+                "air": f"air/{c.name}",
+                "oil": f"oil/{c.name}",
+                "distance": q.show(_distance(c), q.LENGTH),
+                "wall": _face(c),
+            }
+            for c in rig.cameras
         ],
     }
     path.write_text(tomli_w.dumps(data), encoding="utf-8")

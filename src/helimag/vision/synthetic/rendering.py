@@ -16,13 +16,13 @@ from helimag.vision._cv import cv2
 from helimag.vision.cameras import Camera, Rig
 from helimag.vision.films import FilmWriter
 from helimag.vision.shape import Shape
+from helimag.vision.silhouette import Box, outline, silhouette
 from helimag.vision.synthetic.rig import SURFACE, Effects, backdrop
 
 Floats = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 FOLDERS = (".png", ".tiff")  # kinds of pictures that make a folder instead of a file
-FINE = 8  # sub-pixels a pixel when a body is drawn
 SUBFRAMES = 3  # instants an exposure is averaged over
 COARSEST = 0.05  # longest interval between a run's samples (s): a turn at 3.5 Hz takes 0.29 s
 OPACITY = 0.9
@@ -193,12 +193,10 @@ def _frame(
     position, turn = motion.pose(instants)
     hidden = effects.hidden
     if hidden is None or hidden[0] != scene.view or not hidden[1] <= time - begin < hidden[2]:
-        wire = np.einsum("tij,nj->tni", turn, shape.wire()) + position[:, None]
-        _darken(picture, scene, _body(scene.camera, position, wire, shape), OPACITY, effects, random)
+        _darken(picture, scene, _body(scene.camera, position, turn, shape), OPACITY, effects, random)
         if scene.mirror is not None:
-            flip = np.array([1.0, 1.0, -1.0])
-            lift = np.array([0.0, 0.0, 2.0 * scene.mirror])
-            image = _body(scene.camera, position * flip + lift, wire * flip + lift, shape)
+            flip = np.diag([1.0, 1.0, -1.0])
+            image = _body(scene.camera, position @ flip + [0.0, 0.0, 2.0 * scene.mirror], flip @ turn, shape)
             _darken(picture, scene, image, OPACITY * effects.reflection, effects, random)
     if effects.bubble > 0.0:
         half = (begin + end) / 2.0
@@ -209,33 +207,15 @@ def _frame(
     return picture
 
 
-Marks = tuple[tuple[int, int, int, int], Any]
+Marks = tuple[Box, Any]
 
 
-def _body(camera: Camera, position: Floats, wire: Floats, shape: Shape) -> Marks:
+def _body(camera: Camera, position: Floats, turn: Floats, shape: Shape) -> Marks:
     """Share of each pixel that the body covers over the exposure, in a box (left, top, right, bottom)."""
-    pixels = camera.project(wire)
-    heads = camera.project(position)
-    scale = float(camera.scale(position[:1])[0])
-    margin = shape.width * scale + 8.0
-    everything = np.concatenate([pixels.reshape(-1, 2), heads])
-    if not np.all(np.isfinite(everything)):
+    box = outline(camera, position, turn, shape)
+    if box is None:
         return (0, 0, 0, 0), None
-    left, top = np.floor(everything.min(axis=0) - margin).astype(int)
-    right, bottom = np.ceil(everything.max(axis=0) + margin).astype(int)
-    cover = np.zeros((bottom - top, right - left), np.float32)
-    thickness = max(1, round(2.0 * shape.wire_radius * scale * FINE))
-    for line, head in zip(pixels, heads, strict=True):
-        fine = np.zeros((cover.shape[0] * FINE, cover.shape[1] * FINE), np.uint8)
-        # the centre of pixel (0, 0) is at ((FINE - 1) / 2) of the fine picture
-        bent = (line - (left, top)) * FINE + (FINE - 1) / 2.0
-        cv2.polylines(fine, [np.round(bent * 16).astype(np.int32)], False, 255, thickness, cv2.LINE_8, 4)
-        spot = np.round(((head - (left, top)) * FINE + (FINE - 1) / 2.0) * 16).astype(int)
-        cv2.circle(
-            fine, (int(spot[0]), int(spot[1])), round(shape.head_radius * scale * FINE * 16), 255, -1, cv2.LINE_8, 4
-        )
-        cover += cv2.resize(fine, (cover.shape[1], cover.shape[0]), interpolation=cv2.INTER_AREA) / (255.0 * SUBFRAMES)
-    return (int(left), int(top), int(right), int(bottom)), cover
+    return box, np.mean([silhouette(camera, *pose, shape, box) for pose in zip(position, turn, strict=True)], axis=0)
 
 
 def _darken(

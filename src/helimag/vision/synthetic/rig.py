@@ -13,6 +13,8 @@ from helimag.vision.refraction import Wall
 Floats = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
+STEEPEST = 0.7  # angle to a wall's normal from which a camera sees little (rad)
+AWAY = 0.35  # distance of the cameras from the walls (m)
 SURFACE = 3.5e-3  # height of the oil's surface above the start of the straight runs (m)
 
 
@@ -54,25 +56,38 @@ class Effects:
             raise InputError(f"dropped must be a share from 0 to 0.9; got {self.dropped}")
 
 
-def paper_rig(*, seed: int = 0, size: tuple[int, int] = (1280, 1024)) -> Rig:
+def paper_rig(*, seed: int = 0, angle: float = 0.0, size: tuple[int, int] = (1280, 1024)) -> Rig:
     """Two cameras on a plexiglass tank of 200 x 80 x 80 mm, 350 mm away, set up as well as a person would.
 
     One looks along y through the front wall and one from below through the floor: both see the device broadside all
     along the 160 mm of a straight run. From the end of the tank it would be seen end on, head before tail, and its
     heading would hardly be observed. Each camera is off by a degree and some millimetres, drawn from ``seed``.
+
+    Parameters
+    ----------
+    angle
+        Between each optical axis and the normal of its wall (rad), 0 to 0.7; the side that a camera leans to is drawn.
+
+    Raises
+    ------
+    InputError
+        Where the angle is out of range.
     """
+    if not 0.0 <= angle <= STEEPEST:
+        raise InputError(f"angle must be from 0 to {STEEPEST} rad; got {angle}")
     random = np.random.default_rng(seed)
+    sides = np.random.default_rng([seed, 1]).uniform(0.0, 2.0 * np.pi, 2)
     tank = np.array([[-0.020, -0.040, SURFACE - 0.080], [0.180, 0.040, SURFACE]])
     middle = np.array([0.080, 0.0, -0.020])
     front = Wall(np.array([0.08, tank[0, 1] - 0.005, 0.0]), _tilted([0.0, 1.0, 0.0], random), 0.005)
     floor = Wall(np.array([0.08, 0.0, tank[0, 2] - 0.005]), _tilted([0.0, 0.0, 1.0], random), 0.005)
     cameras = []
-    for name, wall, up, focal in (
-        ("front", front, [0.0, 0.0, 1.0], 2500.0),
-        ("below", floor, [0.0, -1.0, 0.0], 2600.0),
+    for name, wall, up, focal, side in (
+        ("front", front, [0.0, 0.0, 1.0], 2500.0, sides[0]),
+        ("below", floor, [0.0, -1.0, 0.0], 2600.0, sides[1]),
     ):
-        target = middle + random.normal(0.0, 2e-3, 3)
-        position = middle - np.round(wall.normal) * (0.35 + abs(float((middle - wall.point) @ np.round(wall.normal))))
+        position, ahead = _stand(middle, wall, np.array(up), angle, side)
+        target = position + ahead + random.normal(0.0, 2e-3, 3)
         rotation, translation = looking(position + random.normal(0.0, 4e-3, 3), target, np.array(up))
         actual = focal * (1.0 + random.normal(0.0, 0.005))
         centre = np.array(size) / 2.0 - 0.5 + random.normal(0.0, 6.0, 2)
@@ -80,6 +95,22 @@ def paper_rig(*, seed: int = 0, size: tuple[int, int] = (1280, 1024)) -> Rig:
         distortion = np.array([-0.12, 0.09, 5e-4, -4e-4, 0.0]) * random.normal(1.0, 0.1, 5)
         cameras.append(Camera(name, matrix, distortion, rotation, translation, size, wall))
     return Rig((cameras[0], cameras[1]), tank)
+
+
+def _stand(middle: Floats, wall: Wall, up: Floats, angle: float, side: float) -> tuple[Floats, Floats]:
+    """Where a camera stands that sees a point at an angle to its wall's normal, and from there to where it appears."""
+    normal = np.round(wall.normal)
+    aside = np.sin(angle) * (np.cos(side) * np.cross(normal, up) + np.sin(side) * up)
+    spot = middle
+    for thickness, index in (
+        (float((middle - wall.point) @ normal) - wall.thickness, wall.indices[2]),
+        (wall.thickness, wall.indices[1]),
+    ):
+        across = aside / index
+        spot = spot - thickness * (normal + across / np.sqrt(1.0 - across @ across))
+    forward = np.cos(angle) * normal + aside
+    position = spot - AWAY * forward
+    return position, forward * float((middle - position) @ forward)
 
 
 def _tilted(normal: list[float], random: np.random.Generator) -> Floats:

@@ -13,6 +13,9 @@ Floats = NDArray[np.float64]
 
 BRIDGE = 1.6  # frames between two sightings across which the device's path is interpolated
 FURTHEST = 5.0  # clock offset that is looked for (s)
+LEAST_TURN = 2.0  # rolled over the film (rad) from which the roll tells the time
+LEAST_FRAMES = 8
+LARGEST_SPREAD = 0.5  # of the views' difference in roll (rad), beyond which they do not show the same roll
 CERTAIN = 0.5  # frames: an offset less certain than this is not used
 
 
@@ -31,7 +34,7 @@ def frame_interval(time: Floats) -> float:
 
 
 def at(sighting: Sighting, times: Floats) -> Floats:
-    """Rows of a sighting at other instants (m, 10), by splines through its frames; NaN where frames are missing
+    """Rows of a sighting at other instants (m, 13), by splines through its frames; NaN where frames are missing
     around one."""
     seen = np.isfinite(sighting.rows[:, 0])
     known, rows = sighting.time[seen], sighting.rows[seen]
@@ -94,5 +97,51 @@ def find_offset(first: Sighting, second: Sighting, rig: Rig) -> Offset:
         np.isfinite(curvature) and curvature > 0.0
     ):  # the cost is (speed x offset)^2: the calibration's error counts as an offset
         sd = float(np.sqrt(2.0 * middle / (curvature * independent) + 2.0 * rig.accuracy**2 / curvature))
-    found = sd < CERTAIN * step
-    return Offset(best if found else 0.0, sd, found)
+    return Offset(best, sd, sd < CERTAIN * step)
+
+
+def refined(offset: Offset, first: Floats, second: Floats, rolls: tuple[Floats, Floats], roll_sd: float) -> Offset:
+    """A clock offset from the device's roll, which each view shows on its own; any speed along the tank will do.
+
+    The roll repeats itself, so the offset that makes lines of sight meet says which turn is meant. An offset that
+    neither tells is taken to be zero.
+
+    Parameters
+    ----------
+    first, second
+        Times (n,) and (m,) of the views (s), each on its own clock.
+    rolls
+        (n,) and (m,): at those times (rad).
+    roll_sd
+        By which the two views' rolls may differ all along (rad).
+    """
+    step = frame_interval(first)
+    unknown = Offset(0.0, offset.sd, False)
+    rate = float(np.median(_wrapped(np.diff(rolls[0])) / np.diff(first)))
+    if not abs(rate) * (first[-1] - first[0]) > LEAST_TURN:
+        return offset if offset.found else unknown
+    period = 2.0 * np.pi / abs(rate)
+    if not offset.sd < period / 4.0:
+        return offset if offset.found else unknown
+    value, sd = offset.value, np.inf
+    for _ in range(4):
+        after = np.clip(np.searchsorted(second, first + value), 1, second.size - 1)
+        wide = second[after] - second[after - 1]
+        share = (first + value - second[after - 1]) / wide
+        inside = (share >= 0.0) & (share <= 1.0) & (wide < BRIDGE * step)
+        if inside.sum() < LEAST_FRAMES:
+            return offset if offset.found else unknown
+        turn = _wrapped(rolls[1][after] - rolls[1][after - 1])
+        ahead = _wrapped(rolls[1][after - 1] + share * turn - rolls[0])[inside]
+        mean = float(np.angle(np.exp(1j * ahead).mean()))
+        spread = float(np.std(_wrapped(ahead - mean)))
+        value -= mean / rate
+        sd = float(np.hypot(spread / np.sqrt(inside.sum()), roll_sd)) / abs(rate)
+    if not (spread < LARGEST_SPREAD and abs(value - offset.value) < period / 2.0 and sd < CERTAIN * step):
+        return offset if offset.found else unknown
+    return Offset(value, sd, True)
+
+
+def _wrapped(angle: Floats) -> Floats:
+    """Between -pi and pi."""
+    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)

@@ -4,24 +4,31 @@ import itertools
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.outcomes import End
-from helimag.runs.smoothing import DEGREE, POINTS, smooth
+from helimag.runs.smoothing import DEGREE, POINTS, sharpened, smooth
 from helimag.runs.trajectory import Trajectory, versions
 from helimag.vision.cameras import Rig
 from helimag.vision.films import Film
 from helimag.vision.shape import Shape
-from helimag.vision.tracking.alignment import Offset, at, find_offset, frame_interval
-from helimag.vision.tracking.pose import Fit, Poses, darker_end, half_level, lengths, oriented, solve
+from helimag.vision.tracking.alignment import Offset, at, find_offset, frame_interval, refined
+from helimag.vision.tracking.detection import HALF
+from helimag.vision.tracking.pose import Fit, Poses, darker_end, lengths, oriented, solve
 from helimag.vision.tracking.search import Sighting, search
+from helimag.vision.tracking.uncertainty import Spread, covariances
+from helimag.vision.tracking.views import View, parted, prepared
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+MEDIAN = 0.79  # of chi-square with three degrees of freedom, over its mean
+APART = 2.0  # px by which the views may disagree all along: clocks, noise and calibration make a few tenths
+ROLL_ERROR = 0.02  # by which the rolls that two views show may differ all along (rad)
 MISFIT = 16.0  # of the typical misfit: views that disagree more do not show the same thing
 STRAY = 6.0  # standard deviations off its neighbours' polynomial at which a point is left out
 OVERLAP = 0.5  # share of the longer film that both films must cover
@@ -77,8 +84,9 @@ def track(
     films = (Film(first, rate=rate), Film(second, rate=rate))
     sightings = search(films, rig, shape, progress=progress)
     _check_overlap(films, sightings, clock_offset)
-    offset = find_offset(*sightings, rig) if clock_offset is None else Offset(clock_offset, 0.0, True)
-    return assemble(sightings, rig, shape, offset, initial_gap=initial_gap, scenario=scenario, name=name)
+    return assemble(
+        sightings, rig, shape, clock_offset=clock_offset, initial_gap=initial_gap, scenario=scenario, name=name
+    )
 
 
 def _check_overlap(films: tuple[Film, Film], sightings: tuple[Sighting, Sighting], clock_offset: float | None) -> None:
@@ -95,21 +103,66 @@ def _check_overlap(films: tuple[Film, Film], sightings: tuple[Sighting, Sighting
         )
 
 
+class _Joined(NamedTuple):
+    """Frames of the first film that both views show: their numbers, both views' rows, and the fit; and of all frames
+    why one is not used."""
+
+    frames: NDArray[np.int64]
+    rows: tuple[Floats, Floats]
+    fit: Fit
+    length: float
+    typical: float
+    reason: NDArray[np.int64]
+
+
 def assemble(
     sightings: tuple[Sighting, Sighting],
     rig: Rig,
     shape: Shape,
-    offset: Offset,
     *,
     initial_gap: float,
+    clock_offset: float | None = None,
     scenario: str | None = None,
     name: str = "measured run",
 ) -> Trajectory:
-    """Join the sightings of two views into a trajectory; parameters as for :func:`track`."""
+    """Join the sightings of two views into a trajectory; parameters as for :func:`track`.
+
+    A first fit finds poses; drawings of the device at them tell what the detector makes of it, and the device's roll
+    tells the clocks apart; a second fit uses both.
+    """
     first, second = sightings
     interval = frame_interval(first.time)
-    other = at(second, first.time + offset.value)
-    reason = np.zeros(first.time.size, dtype=int)
+    offset = find_offset(first, second, rig) if clock_offset is None else Offset(clock_offset, 0.0, True)
+    rough = _joined(sightings, offset.value, rig)
+    poses = _poses(rough, rig, shape)
+    time = first.time[rough.frames]
+    views = [
+        prepared(sighting, camera, shape, time, poses, ahead, interval)
+        for sighting, camera, ahead in zip(sightings, rig.cameras, (0.0, offset.value), strict=True)
+    ]
+    if clock_offset is None:
+        offset = _clock(offset, views)
+    joined = _joined((views[0].sighting, views[1].sighting), offset.value, rig)
+    poses = _poses(joined, rig, shape)
+    spread = _spread(joined, views, offset)
+    fresh = covariances(rig, shape, poses, spread, np.ones(joined.frames.size))
+    strays = _strays(first.time[joined.frames], poses.head, fresh.head_noise * joined.typical, interval)
+    poses = Poses(*(values[~strays] for values in poses))
+    spread = Spread(*(values[~strays] for values in spread))
+    reason = joined.reason.copy()
+    reason[joined.frames[strays]] = 3
+    attributes = _attributes(first, reason, rig, shape, offset, joined.length, interval)
+    if scenario is not None:
+        attributes["scenario"] = scenario
+    attributes |= {"name": name, "initial_gap": initial_gap, "end": str(_end(poses.head[-1], rig))}
+    return _trajectory(first.time[joined.frames[~strays]], poses, spread, joined.typical, rig, shape, attributes)
+
+
+def _joined(sightings: tuple[Sighting, Sighting], ahead: float, rig: Rig) -> _Joined:
+    """Fit a pose to every frame of the first film that the second shows too, and leave out where they disagree."""
+    first, second = sightings
+    other = at(second, first.time + ahead)
+    reason = np.zeros(first.time.size, dtype=np.int64)
     reason[~np.isfinite(other[:, 0])] = 2
     reason[~np.isfinite(first.rows[:, 0])] = 1
     used = np.flatnonzero(reason == 0)
@@ -121,37 +174,51 @@ def assemble(
     rows = (first.rows[used], other[used])
     length = float(np.nanmedian(lengths(rig, *rows)))
     fit = solve(rig, *rows, length)
-    finite = fit.misfit[np.isfinite(fit.misfit)]
-    typical = max(1.0, float(np.median(finite)) / 0.79) if finite.size else 1.0  # chi-square's median over its mean
-    good = np.isfinite(fit.misfit) & (fit.misfit <= MISFIT * typical) & rig.inside(fit.middle, 1.5e-3)
-    kept = np.flatnonzero(good)
-    if kept.size < 4:
+    finite = np.isfinite(fit.misfit)
+    typical = max(1.0, float(np.median(fit.misfit[finite])) / MEDIAN) if finite.any() else 1.0
+    good = finite & (fit.misfit <= MISFIT * typical) & rig.inside(fit.middle, 1.5e-3)
+    if good.sum() < 4:
         raise InputError("the two views never agree on the device; check the calibration and which film is which")
-    fit = Fit(*(values[kept] for values in fit))
-    pixel = 1.0 / float(rig.cameras[0].scale(fit.middle[:1])[0])
-    darker = darker_end(rig, fit, (rows[0][kept], rows[1][kept]))
-    poses = oriented(fit, darker, length / 2.0 - half_level(shape, pixel))
-    strays = _strays(first.time[used[kept]], poses.head, poses.head_covariance * typical, interval)
-    kept = kept[~strays]
-    poses = Poses(*(values[~strays] for values in poses))
-    missing = np.full(used.size, True)
-    missing[kept] = False
-    reason[used[missing]] = 3
-    attributes = _attributes(first, reason, rig, shape, offset, length, interval)
-    if scenario is not None:
-        attributes["scenario"] = scenario
-    return _trajectory(
-        first.time[used[kept]],
-        poses,
-        typical,
-        interval,
-        {
-            "name": name,
-            "initial_gap": initial_gap,
-            "end": str(_end(poses.head[-1], rig)),
-            **attributes,
-        },
+    apart = float(np.median(fit.apart[good]))
+    if not apart <= APART:
+        raise InputError(
+            f"the two views must agree on the device to {APART:g} px; they are {apart:.1f} px apart: check that the "
+            f"calibration is of these cameras, which film is which, and clock_offset"
+        )
+    reason[used[~good]] = 3
+    return _Joined(
+        used[good], (rows[0][good], rows[1][good]), Fit(*(values[good] for values in fit)), length, typical, reason
     )
+
+
+def _poses(joined: _Joined, rig: Rig, shape: Shape) -> Poses:
+    darker = darker_end(rig, joined.fit, joined.rows)
+    return oriented(joined.fit, darker, joined.length / 2.0 - shape.nose)
+
+
+def _clock(offset: Offset, views: list[View]) -> Offset:
+    """The clock offset, refined by the roll that both views show."""
+    one, two = views[0].roll, views[1].roll
+    if one is None or two is None or min(one[0].size, two[0].size) < 2:
+        return offset if offset.found else Offset(0.0, offset.sd, False)
+    return refined(offset, one[0], two[0], (one[1], two[1]), ROLL_ERROR)
+
+
+def _spread(joined: _Joined, views: list[View], offset: Offset) -> Spread:
+    """Standard deviations of the measured numbers of each used frame; the clock moves the second view's."""
+    parts = [parted(rows, view) for rows, view in zip(joined.rows, views, strict=True)]
+    fresh, lasting = (np.concatenate(pair, axis=1) for pair in zip(*parts, strict=True))
+    clock = np.zeros_like(fresh)
+    if np.isfinite(offset.sd) and offset.sd > 0.0:
+        sighting = views[1].sighting
+        ends = [at(sighting, sighting.time + shift) for shift in (-offset.sd, offset.sd)]
+        moved = (ends[1] - ends[0])[:, :2] / 2.0
+        near = np.clip(np.searchsorted(sighting.time, views[0].sighting.time[joined.frames] + offset.value), 0, None)
+        moved = np.nan_to_num(moved[np.minimum(near, moved.shape[0] - 1)])
+        along = joined.rows[1][:, HALF] / np.linalg.norm(joined.rows[1][:, HALF], axis=1, keepdims=True)
+        clock[:, 4] = np.sum(moved * along, axis=1)
+        clock[:, 5] = moved[:, 1] * along[:, 0] - moved[:, 0] * along[:, 1]
+    return Spread(fresh, lasting, clock)
 
 
 def _strays(time: Floats, head: Floats, covariance: Floats, interval: float) -> Flags:
@@ -218,7 +285,9 @@ def _attributes(
         "frames_first": int(first.time.size),
         "frames_used": int((reason == 0).sum()),
         "frame_interval": interval,
-        "smoothed": f"local polynomial of degree {DEGREE} over {POINTS} frames",
+        "film_begin": float(first.time[0]),
+        "film_end": float(first.time[-1]),
+        "smoothed": f"local polynomial of degree {DEGREE} over {POINTS} frames, sharpened once",
         "clock_offset": offset.value,
         "clock_offset_sd": offset.sd if np.isfinite(offset.sd) else -1.0,
         "apparent_length": length,
@@ -230,20 +299,22 @@ def _attributes(
 
 
 def _trajectory(
-    time: Floats, poses: Poses, typical: float, interval: float, attributes: dict[str, object]
+    time: Floats, poses: Poses, spread: Spread, typical: float, rig: Rig, shape: Shape, attributes: dict[str, object]
 ) -> Trajectory:
-    both, weights = smooth(time, np.concatenate([poses.head, poses.axis], axis=1), interval)
-    calm = np.sum(weights * weights, axis=1)[:, None, None] * typical
+    interval = float(attributes["frame_interval"])  # type: ignore[arg-type]
+    both, weights = sharpened(time, np.concatenate([poses.head, poses.axis], axis=1), interval)
     axis = both[:, 3:] / np.linalg.norm(both[:, 3:], axis=1, keepdims=True)
     level = np.sqrt(np.maximum(1.0 - axis[:, 2] ** 2, 1e-12))
+    known = covariances(rig, shape, poses, spread, np.sum(weights * weights, axis=1))
     return Trajectory.from_arrays(
         time,
         {
             "position": both[:, :3],
-            "position_covariance": poses.head_covariance * calm,
+            "position_covariance": known.head,
+            "position_noise": np.sqrt(np.einsum("nii->ni", known.head_noise)),
             "long_axis": axis,
             "attack_angle": np.arcsin(np.clip(axis[:, 2], -1.0, 1.0)),
-            "attack_angle_sd": np.sqrt(poses.axis_covariance[:, 2, 2] * calm[:, 0, 0]) / level,
+            "attack_angle_sd": np.sqrt(known.axis[:, 2, 2]) / level,
             "misfit": poses.misfit / typical,
             "segment": np.concatenate([[0.0], np.cumsum(np.diff(time) > 1.6 * interval)]),
         },

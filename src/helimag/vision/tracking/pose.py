@@ -6,59 +6,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.vision.cameras import Rig
-from helimag.vision.shape import Shape
+from helimag.vision.tracking.detection import SDS
 
 Floats = NDArray[np.float64]
 
 ITERATIONS = 6
 FREEDOM = 3  # eight measured numbers less five unknown
-BLUR = 1.0  # of a sharp picture, lens, pixel and profile together (px, standard deviation)
 SHIFT, TURN = 1e-6, 1e-5  # of the differences (m, rad)
 
 
 class Fit(NamedTuple):
-    """Middle (n, 3) in m, axis (n, 3) of open sense, covariance (n, 5, 5) of middle and two turns, misfit a freedom."""
+    """Middle (n, 3) in m, axis (n, 3) of open sense with two tangents (n, 2, 3), and the fit's quality.
+
+    ``gain`` (n, 5, 8) is by how much middle and two turns move with each measured number (m/px and rad/px), ``misfit``
+    (n,) chi-square a degree of freedom, ``apart`` (n,) the root mean square of what the fit leaves of the numbers (px).
+    """
 
     middle: Floats
     axis: Floats
     tangents: Floats
-    covariance: Floats
+    gain: Floats
     misfit: Floats
+    apart: Floats
 
 
 class Poses(NamedTuple):
-    """Head (n, 3) in m, long axis (n, 3) from helix to head, their covariances (n, 3, 3), misfit a degree of
-    freedom."""
+    """Head (n, 3) in m, long axis (n, 3) from helix to head, how both move with the measured numbers (n, 3, 8), and
+    misfit a degree of freedom."""
 
     head: Floats
     axis: Floats
-    head_covariance: Floats
-    axis_covariance: Floats
+    head_gain: Floats
+    axis_gain: Floats
     misfit: Floats
-
-
-def half_level(shape: Shape, pixel: float) -> float:
-    """How far before the head's centre the silhouette's end is seen (m).
-
-    The end is where the blurred width falls through half that of the wire's band; a ball's blurred edge does so a
-    little
-    further out than the sharp one.
-
-    Parameters
-    ----------
-    pixel
-        Size of a pixel on the device (m).
-    """
-    step = pixel / 50.0
-    along = np.arange(-4.0 * shape.head_radius, 2.0 * shape.head_radius + 6.0 * pixel, step)
-    scaled = along / shape.head_reach * shape.head_radius
-    ball = 2.0 * np.sqrt(np.maximum(shape.head_radius**2 - scaled**2, 0.0))
-    width = np.where(along < -shape.head_reach, shape.brightness_length, ball)
-    reach = int(5.0 * BLUR * pixel / step)
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) * step / (BLUR * pixel)) ** 2)
-    blurred = np.convolve(width, kernel / kernel.sum(), mode="same")
-    above = np.flatnonzero((blurred > shape.brightness_length / 2.0) & (along < along[-1] - 5.0 * BLUR * pixel))
-    return float(along[above[-1]])
 
 
 def first_guess(rig: Rig, first: Floats, second: Floats) -> tuple[Floats, Floats]:
@@ -143,7 +123,7 @@ def solve(rig: Rig, first: Floats, second: Floats, length: float) -> Fit:
     Parameters
     ----------
     first, second
-        Rows (n, 10) of :class:`~helimag.vision.tracking.detection.Detection`, all finite.
+        Rows (n, 13) of :class:`~helimag.vision.tracking.detection.Detection`, all finite.
     length
         Between the ends as seen (m).
 
@@ -174,8 +154,10 @@ def solve(rig: Rig, first: Floats, second: Floats, length: float) -> Fit:
         if np.abs(change[:, :3]).max() < 1e-8:
             break
     base = _residuals(rig, seen, middle, axis, length)
-    covariance = np.linalg.inv(normal) * np.outer(scale, scale)
-    return Fit(middle, axis, tangents, covariance, np.sum(base * base, axis=1) / FREEDOM)
+    spread = np.concatenate([first[:, SDS], second[:, SDS]], axis=1)
+    gain = (np.linalg.inv(normal) @ scaled.transpose(0, 2, 1)) * scale[:, None] / spread[:, None, :]
+    apart = np.sqrt(np.mean((base * spread) ** 2, axis=1))
+    return Fit(middle, axis, tangents, gain, np.sum(base * base, axis=1) / FREEDOM, apart)
 
 
 def oriented(fit: Fit, darker: Floats, ahead: float) -> Poses:
@@ -186,7 +168,7 @@ def oriented(fit: Fit, darker: Floats, ahead: float) -> Poses:
     darker
         (n,): how much darker the end along ``fit.axis`` is than the other.
     ahead
-        From the middle between the ends as seen to the head's centre (m).
+        From the middle between the ends to the head's centre (m).
     """
     sense = np.ones(fit.axis.shape[0])
     for i in range(1, sense.size):
@@ -201,8 +183,8 @@ def oriented(fit: Fit, darker: Floats, ahead: float) -> Poses:
     return Poses(
         fit.middle + ahead * axis,
         axis,
-        to_head @ fit.covariance @ to_head.transpose(0, 2, 1),
-        to_axis @ fit.covariance @ to_axis.transpose(0, 2, 1),
+        to_head @ fit.gain,
+        to_axis @ fit.gain,
         fit.misfit,
     )
 

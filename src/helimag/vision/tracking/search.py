@@ -16,7 +16,7 @@ from helimag.vision.cameras import Camera, Rig
 from helimag.vision.films import Film, Picture, ahead, together
 from helimag.vision.shape import Shape
 from helimag.vision.tracking.backgrounds import Shades, background, darkness
-from helimag.vision.tracking.detection import Detection, blobs, measure, touches_edge
+from helimag.vision.tracking.detection import ROW, Detection, blobs, measure, touches_edge
 from helimag.vision.tracking.pose import disagreement, lengths
 
 Floats = NDArray[np.float64]
@@ -34,10 +34,12 @@ LOST_AFTER = 4  # missed frames after which the whole picture is searched
 
 
 class Sighting(NamedTuple):
-    """One view over time: times (n,), rows of :class:`Detection` (n, 10), NaN where the device was not seen."""
+    """One view over time: times (n,), rows of :class:`Detection` (n, 13), NaN where the device was not seen; and
+    whether the film is compressed with loss."""
 
     time: Floats
     rows: Floats
+    lossy: bool = False
 
 
 @dataclass
@@ -49,6 +51,7 @@ class _View:
     length: float  # of the device seen broadside (px)
     area: float  # that it darkens (px^2)
     head: float  # length of its head (px)
+    turns: float  # of the helix over its length
     times: list[float] = field(default_factory=list)
     rows: list[Floats] = field(default_factory=list)
     last: Detection | None = None
@@ -79,7 +82,7 @@ class _View:
         for rows, columns, mask in blobs(dark, HALF_CONTRAST * self.contrast, 0.1 * self.area):
             if touches_edge(rows, columns, mask, dark.shape):
                 continue
-            seen = measure(dark, rows, columns, mask, head_length=self.head)
+            seen = measure(dark, rows, columns, mask, head_length=self.head, turns=self.turns)
             if seen is None or abs(seen.darkness / self.level - 1.0) > STEADY or self._turned(seen):
                 continue
             moved = seen.shifted(left, top)
@@ -112,7 +115,7 @@ class _View:
             for rows, columns, blob in blobs(dark, share, 0.1 * self.area):
                 if touches_edge(rows, columns, blob, dark.shape):
                     continue
-                seen = measure(dark, rows, columns, blob, head_length=self.head)
+                seen = measure(dark, rows, columns, blob, head_length=self.head, turns=self.turns)
                 if seen is not None and self.plausible(seen):
                     found.append(seen.shifted(window[1].start, window[0].start))
         return found[:8]
@@ -188,14 +191,17 @@ def search(
                 f"that both films "
                 "show the same run, that the calibration is theirs, and that the device is darker than its background"
             )
-    return tuple(Sighting(np.array(view.times), np.stack(view.rows)) for view in views)  # type: ignore[return-value]
+    one, two = (
+        Sighting(np.array(view.times), np.stack(view.rows), film.lossy) for view, film in zip(views, films, strict=True)
+    )
+    return one, two
 
 
 def _begin(film: Film, rig: Rig, camera: Camera, shape: Shape) -> _View:
     scale = float(camera.scale(rig.tank.mean(axis=0)[None])[0])
     area = scale**2 * (shape.brightness_length * shape.helix_length + 2.0 * shape.head_radius * 2.0 * shape.head_reach)
     scene = background(film.sample(SAMPLES), device_length=shape.length * scale, device_area=area)
-    return _View(camera, scene, shape.length * scale, area, 2.0 * shape.head_reach * scale)
+    return _View(camera, scene, shape.length * scale, area, 2.0 * shape.head_reach * scale, shape.turns)
 
 
 def _step(views: list[_View], which: int, time: float, picture: Picture, rig: Rig, shape: Shape) -> None:
@@ -207,7 +213,7 @@ def _step(views: list[_View], which: int, time: float, picture: Picture, rig: Ri
     view.times.append(time)
     if seen is None:
         view.missed += 1
-        view.rows.append(np.full(10, np.nan))
+        view.rows.append(np.full(ROW, np.nan))
         if view.lost:
             view.pending.append((len(view.rows) - 1, time, view.candidates))
         return

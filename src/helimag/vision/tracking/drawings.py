@@ -1,0 +1,149 @@
+"""How far the detector is off on this device: measured on drawings of it at poses of the run, and taken away."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.vision._cv import cv2
+from helimag.vision.cameras import Camera
+from helimag.vision.shape import Shape
+from helimag.vision.silhouette import outline, silhouette
+from helimag.vision.tracking.detection import COIL, HALF, MIDDLE, RISE, blobs, measure
+
+Floats = NDArray[np.float64]
+
+DRAWN = 32  # poses drawn for each view
+BLURS = (0.6, 1.2)  # of the drawings (px); the film's is found between and beyond them
+DARK = 0.4  # of full darkness: threshold of a drawn blob
+LEAST = 16  # drawings from which errors are fitted
+
+
+class Errors(NamedTuple):
+    """Of the detector in one view (px): along and across the device, of its middle and of its half length.
+
+    ``terms`` (k, 4) are coefficients of :func:`_terms`, ``left`` (4,) the standard deviation that they do not explain.
+    The device's roll about its axis is ``sense`` times the coil's phase plus ``zero`` (rad), within ``roll_sd``.
+    """
+
+    terms: Floats
+    left: Floats
+    sense: float
+    zero: float
+    roll_sd: float
+
+
+def axis_frame(axis: Floats) -> Floats:
+    """Rotation (..., 3, 3) whose first column is an axis, and its third as far up as that allows: roll zero."""
+    up = np.where(np.abs(axis[..., 2:]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    side = np.cross(up, axis)
+    side /= np.linalg.norm(side, axis=-1, keepdims=True)
+    return np.stack([axis, side, np.cross(axis, side)], axis=-1)
+
+
+def tilts(camera: Camera, head: Floats, axis: Floats) -> Floats:
+    """Sine of the angle at which the axis points away from a camera (n,), along the light in the oil."""
+    return np.asarray(np.sum(camera.rays(camera.project(head))[1] * axis, axis=-1))
+
+
+def _terms(phase: Floats, tilt: Floats) -> Floats:
+    """What the errors depend on (n, k): the coil's phase, since coils end somewhere, and the tilt, since a tilted helix
+    looks heavier on one side."""
+    one = np.ones_like(phase)
+    waves = [one, np.cos(phase), np.sin(phase), np.cos(2 * phase), np.sin(2 * phase)]
+    return np.stack([*waves, tilt, tilt * np.cos(phase), tilt * np.sin(phase)], axis=1)
+
+
+def detector_errors(camera: Camera, head: Floats, axis: Floats, shape: Shape, rise: float) -> Errors | None:
+    """Draw the device at poses of the run, each at another roll, detect it, and compare with where its ends are.
+
+    Parameters
+    ----------
+    head, axis
+        (n, 3) in m, and unit vectors: poses found in the run.
+    rise
+        Over which darkness rises at the ends in the film (px, median): tells its blur.
+
+    Returns
+    -------
+    Errors or None
+        None where the device is not slender in this view, so nothing is taken away.
+    """
+    chosen = np.linspace(0, head.shape[0] - 1, DRAWN).round().astype(int)
+    rolls = 2.0 * np.pi * ((np.arange(DRAWN) * 0.618034) % 1.0)
+    drawn: list[list[Floats]] = [[], []]
+    for place, roll in zip(chosen, rolls, strict=True):
+        rows = _drawn(camera, head[place], axis[place], float(roll), shape)
+        if rows is not None:
+            for kept, row in zip(drawn, rows, strict=True):
+                kept.append(row)
+    if len(drawn[0]) < LEAST:
+        return None
+    tables = [np.stack(rows) for rows in drawn]
+    rises = [float(np.median(table[:, 2])) for table in tables]
+    share = float(np.clip((rise**2 - rises[0] ** 2) / (rises[1] ** 2 - rises[0] ** 2), -0.3, 3.0))
+    fits = []
+    for table in tables:
+        terms = _terms(table[:, 1], table[:, 3])
+        fits.append(np.linalg.lstsq(terms, table[:, 4:], rcond=None)[0])
+    terms = (1.0 - share) * fits[0] + share * fits[1]
+    rest = tables[0][:, 4:] - _terms(tables[0][:, 1], tables[0][:, 3]) @ fits[0]
+    left = np.sqrt(np.sum(rest**2, axis=0) / max(1, rest.shape[0] - terms.shape[0]))
+    turn = [np.exp(1j * (tables[0][:, 0] - sense * tables[0][:, 1])) for sense in (1.0, -1.0)]
+    sense = 1.0 if abs(turn[0].mean()) > abs(turn[1].mean()) else -1.0
+    mean = turn[0 if sense > 0.0 else 1].mean()
+    return Errors(terms, left, sense, float(np.angle(mean)), float(np.sqrt(-2.0 * np.log(min(abs(mean), 1.0 - 1e-12)))))
+
+
+def _drawn(camera: Camera, head: Floats, axis: Floats, roll: float, shape: Shape) -> tuple[Floats, Floats] | None:
+    """What the detector makes of a drawing, at each blur: roll, phase, rise, tilt, and four errors (px)."""
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(roll), -np.sin(roll)], [0.0, np.sin(roll), np.cos(roll)]])
+    rotation = axis_frame(axis) @ turn
+    box = outline(camera, head[None], rotation[None], shape)
+    if box is None:
+        return None
+    cover = silhouette(camera, head, rotation, shape, box)
+    nose, tail = camera.project(np.stack([head + shape.nose * axis, head + shape.tail * axis]))
+    length = 2.0 * shape.head_reach * float(camera.scale(head[None])[0])
+    tilt = float(tilts(camera, head[None], axis[None])[0])
+    rows = []
+    for blur in BLURS:
+        dark = cv2.GaussianBlur(cover, (0, 0), blur).astype(np.float32)
+        found = blobs(dark, DARK, 4.0)
+        seen = measure(dark, *found[0], head_length=length, turns=shape.turns) if found else None
+        if seen is None or not np.isfinite(seen.rise):
+            return None
+        row = turned(seen.shifted(box[0], box[1]).row[None], (nose - tail)[None])[0]
+        along = (nose - tail) / np.linalg.norm(nose - tail)
+        frame = np.stack([along, [-along[1], along[0]]])
+        off = [*(frame @ (row[MIDDLE] - (nose + tail) / 2.0)), *(frame @ (row[HALF] - (nose - tail) / 2.0))]
+        rows.append(np.array([roll, float(phases(row[None])[0]), row[RISE], tilt, *off]))
+    return rows[0], rows[1]
+
+
+def phases(rows: Floats) -> Floats:
+    """Phase of the coil (n,) in rad, counted from the middle towards the end that ``half`` points to."""
+    return np.asarray(np.arctan2(rows[:, COIL.stop - 1], rows[:, COIL.start]))
+
+
+def turned(rows: Floats, ahead: Floats) -> Floats:
+    """Rows whose half length points along the directions ``ahead`` (n, 2), as in :meth:`Detection.along`."""
+    sense = np.where(np.sum(rows[:, HALF] * ahead, axis=1) < 0.0, -1.0, 1.0)
+    result = rows.copy()
+    result[:, HALF] *= sense[:, None]
+    result[:, 9] *= sense
+    result[:, COIL.start] *= sense
+    return result
+
+
+def corrected(rows: Floats, errors: Errors, tilt: Floats) -> Floats:
+    """Rows less the detector's errors; those of a device that is not slender stay as they are."""
+    slender = np.isfinite(rows[:, RISE])
+    result = rows.copy()
+    part = rows[slender]
+    off = _terms(phases(part), tilt[slender]) @ errors.terms
+    along = part[:, HALF] / np.linalg.norm(part[:, HALF], axis=1, keepdims=True)
+    frame = np.stack([along, np.stack([-along[:, 1], along[:, 0]], axis=1)], axis=1)
+    result[slender, MIDDLE] -= np.einsum("nk,nki->ni", off[:, :2], frame)
+    result[slender, HALF] -= np.einsum("nk,nki->ni", off[:, 2:], frame)
+    return result

@@ -1,0 +1,55 @@
+"""How noisy the detections of one view are: from frame to frame, as their neighbours tell."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.runs.smoothing import sharpened
+from helimag.vision.tracking.detection import HALF, MIDDLE, RISE, SDS
+
+Floats = NDArray[np.float64]
+
+EXPECTED = np.array([0.03, 0.012, 0.03, 0.02])  # px, of a usual film: what is assumed before a film tells
+WORTH = 4.0  # samples that the assumption is worth
+LEFT = 0.1  # share of a sample's noise that a fit must leave to tell anything
+
+
+def frame_noise(time: Floats, rows: Floats, interval: float) -> Floats:
+    """Standard deviations (4,) in px of a view's detections, independent from frame to frame.
+
+    Along and across the device, of its middle and of its half length, from what a local polynomial over time leaves.
+
+    Parameters
+    ----------
+    time, rows
+        (n,) in s and (n, 13), NaN where the device was not seen.
+    interval
+        Between frames (s).
+    """
+    seen = np.isfinite(rows[:, RISE])
+    square, count = WORTH * EXPECTED**2, np.full(4, WORTH)
+    if seen.sum() > 1:
+        values = rows[seen][:, [0, 1, 2, 3]]
+        smoothed, weights = sharpened(time[seen], values, interval)
+        # what is left of independent noise: the sample less the weighted sum that it is part of
+        left = 1.0 - 2.0 * weights[:, weights.shape[1] // 2] + np.sum(weights * weights, axis=1)
+        rest = values - smoothed
+        along = values[:, HALF] / np.linalg.norm(values[:, HALF], axis=1, keepdims=True)
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        parts = [np.sum(rest[:, place] * way, axis=1) for place in (MIDDLE, HALF) for way in (along, across)]
+        told = left > LEFT
+        for number, part in enumerate(parts):
+            clean = part[told] ** 2 / left[told]
+            # a bubble or a lost corner is not noise: beyond three deviations a sample counts no more
+            for _ in range(3):
+                typical = (square[number] + clean.sum()) / (count[number] + clean.size)
+                clean = clean[clean < 9.0 * typical]
+            square[number] += clean.sum()
+            count[number] += clean.size
+    return np.asarray(np.sqrt(square / count))
+
+
+def with_noise(rows: Floats, noise: Floats) -> Floats:
+    """Rows with these standard deviations (4,), but for those of a device that is not slender, which keep their own."""
+    result = rows.copy()
+    result[np.isfinite(rows[:, RISE]), SDS] = noise
+    return result

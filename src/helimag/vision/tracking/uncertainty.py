@@ -1,0 +1,57 @@
+"""Covariance of a tracked device: noise that smoothing averages, errors that it does not, clock and calibration."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.vision.cameras import Rig
+from helimag.vision.shape import Shape
+from helimag.vision.tracking.pose import Poses
+
+Floats = NDArray[np.float64]
+
+
+class Spread(NamedTuple):
+    """Of the eight measured numbers of each frame (n, 8) in px: what is fresh in every frame, what stays as long as a
+    smoothing window, and by how much the numbers would move with the clock offset's standard deviation."""
+
+    fresh: Floats
+    lasting: Floats
+    clock: Floats
+
+
+class Covariances(NamedTuple):
+    """Of head (n, 3, 3) in m^2 and long axis (n, 3, 3), and of the head what differs from frame to frame."""
+
+    head: Floats
+    axis: Floats
+    head_noise: Floats
+
+
+def covariances(rig: Rig, shape: Shape, poses: Poses, spread: Spread, calm: Floats) -> Covariances:
+    """Add up what is uncertain about each pose.
+
+    Parameters
+    ----------
+    calm
+        (n,): share of the fresh noise's variance that smoothing leaves.
+    """
+    noise = _carried(poses.head_gain, spread.fresh * np.sqrt(calm)[:, None]) + _carried(poses.head_gain, spread.lasting)
+    turning = _carried(poses.axis_gain, spread.fresh * np.sqrt(calm)[:, None]) + _carried(
+        poses.axis_gain, spread.lasting
+    )
+    late = [np.einsum("nik,nk->ni", gain, spread.clock) for gain in (poses.head_gain, poses.axis_gain)]
+    head = noise + np.einsum("ni,nj->nij", late[0], late[0])
+    axis = turning + np.einsum("ni,nj->nij", late[1], late[1])
+    moved = rig.shifts(poses.head)
+    swung = (moved - rig.shifts(poses.head + shape.tail * poses.axis)) / -shape.tail
+    head = head + np.einsum("kni,knj->nij", moved, moved)
+    axis = axis + np.einsum("kni,knj->nij", swung, swung)
+    return Covariances(head, axis, noise)
+
+
+def _carried(gain: Floats, spread: Floats) -> Floats:
+    """Covariance (n, 3, 3) of what moves by ``gain`` (n, 3, 8) with independent numbers."""
+    scaled = gain * spread[:, None, :]
+    return np.asarray(scaled @ scaled.transpose(0, 2, 1))
