@@ -19,21 +19,21 @@ ENTRIES = 1 << 16  # pairs at a time: what a processor's cache holds
 NEAR_PAIRS = 20_000  # at a time
 
 
-def galerkin_matrix(mesh: Mesh, image: ImageKernel | None = None) -> Floats:
+def galerkin_matrix(mesh: Mesh) -> Floats:
     """Velocity per force, times 8 pi mu (1/m): entry [a, i, b, j] is component a on triangle i, force b on triangle j.
+
+    Far pairs by 3 x 3 Gauss points; near ones in closed form over the one triangle and 6 points on the other, both ways
+    round.
 
     Parameters
     ----------
     mesh
-        n triangles. Beside a plane, all of them at z > 0.
-    image
-        What a plane at z = 0 adds to the flow.
+        n triangles in open water.
 
     Returns
     -------
     (3, n, 3, n)
-        Far pairs by 3 x 3 Gauss points; near ones in closed form over the one triangle and 6 points on the other, both
-        ways round. Symmetric to the last bit.
+        Symmetric to the last bit.
     """
     count = len(mesh)
     matrix = np.empty((3, count, 3, count))
@@ -44,9 +44,19 @@ def galerkin_matrix(mesh: Mesh, image: ImageKernel | None = None) -> Floats:
     for start in range(0, len(one), NEAR_PAIRS):
         piece = slice(start, start + NEAR_PAIRS)
         _fill_near(matrix, mesh.corners, one[piece], other[piece])
-    if image is not None:
-        for start in range(0, count, rows):
-            _add_image(matrix, mesh, slice(start, min(count, start + rows)), image)
+    return matrix
+
+
+def image_matrix(mesh: Mesh, image: ImageKernel) -> Floats:
+    """What a plane at z = 0 adds to `galerkin_matrix` of a surface at z > 0.
+
+    By 3 x 3 Gauss points: an image is smooth unless a triangle is closer to the plane than its own size.
+    """
+    count = len(mesh)
+    matrix = np.empty((3, count, 3, count))
+    rows = max(1, ENTRIES // count)
+    for start in range(0, count, rows):
+        _fill_image(matrix, mesh, slice(start, min(count, start + rows)), image)
     return matrix
 
 
@@ -94,8 +104,8 @@ def _fill_near(matrix: Floats, corners: Floats, one: Integers, other: Integers) 
             matrix[a, other, b, one] = block[:, a, b]
 
 
-def _add_image(matrix: Floats, mesh: Mesh, rows: slice, image: ImageKernel) -> None:
-    """The plane's part, by 3 x 3 Gauss points: it is smooth unless a triangle is closer to the plane than its size."""
+def _fill_image(matrix: Floats, mesh: Mesh, rows: slice, image: ImageKernel) -> None:
+    """Rows of the plane's part from the diagonal on, and their mirror images."""
     places, weights = THREE
     spots = np.einsum("qk,nki->qin", places, mesh.corners)
     columns = slice(rows.start, None)
@@ -113,5 +123,5 @@ def _add_image(matrix: Floats, mesh: Mesh, rows: slice, image: ImageKernel) -> N
     square /= 2.0
     for a in range(3):
         for b in range(3):
-            matrix[a, rows, b, columns] += total[a, b]
-            matrix[b, rows.stop :, a, rows] += total[a, b, :, inside:].T
+            matrix[a, rows, b, columns] = total[a, b]
+            matrix[b, rows.stop :, a, rows] = total[a, b, :, inside:].T

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.hydrodynamics.boundary.kernels import floor_image, surface_image
 from helimag.hydrodynamics.boundary.mesh import Mesh
-from helimag.hydrodynamics.boundary.single_layer import galerkin_matrix
+from helimag.hydrodynamics.boundary.single_layer import galerkin_matrix, image_matrix
 from helimag.hydrodynamics.resistive_force import cross_matrices
 
 Floats = NDArray[np.float64]
@@ -69,8 +69,13 @@ def surface_resistance(mesh: Mesh, plane: Plane | None = None) -> Floats:
     InputError
         Where the body reaches through the plane, or its triangles are so thin that G is not positive definite.
     """
+    return resistance_of(mesh, galerkin_matrix(mesh), plane)
+
+
+def resistance_of(mesh: Mesh, open_water: Floats, plane: Plane | None) -> Floats:
+    """As `surface_resistance`, from the surface's matrix in open water (3, n, 3, n), which is used up."""
     if plane is None:
-        return _solved(mesh, galerkin_matrix(mesh))
+        return _solved(mesh, open_water)
     turn = plane.rotation
     above = mesh.moved(turn, np.array([0.0, 0.0, plane.distance]))
     lowest = float(above.corners[:, :, 2].min())
@@ -79,10 +84,13 @@ def surface_resistance(mesh: Mesh, plane: Plane | None = None) -> Floats:
             f"the device reaches {-lowest:.3g} m through the {plane.kind}; its origin, {plane.distance:.3g} m away, "
             "must be farther from it"
         )
-    matrix = galerkin_matrix(above, IMAGES[plane.kind])
-    both = np.kron(np.eye(2), turn)
-    resistance: Floats = both.T @ _solved(mesh.moved(turn, np.zeros(3)), matrix) @ both
-    return resistance
+    image = image_matrix(above, IMAGES[plane.kind])
+    for a in range(3):
+        for b in range(3):
+            for c in range(3):
+                for d in range(3):
+                    open_water[a, :, b, :] += turn[c, a] * turn[d, b] * image[c, :, d, :]
+    return _solved(mesh, open_water)
 
 
 def _solved(mesh: Mesh, velocities: Floats) -> Floats:
