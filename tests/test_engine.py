@@ -13,7 +13,7 @@ from scipy.integrate import DOP853 as SCIPY_DOP853
 
 import helimag as hm
 import oracles
-from helimag.engine import MAGNET_MODELS, Control, Method, advance, advancing, build_rates, system_of
+from helimag.engine import MAGNET_MODELS, Control, Medium, Method, advance, advancing, build_rates, system_of
 from helimag.engine import running as running_module
 from helimag.engine.control import scaled_square
 from helimag.engine.methods import weighted_sum
@@ -44,12 +44,12 @@ def scenario(duration="20 s", extra="", **changes):
 
 def build_rk4(system):
     """The classical Runge-Kutta step, its error from one step beside two of half the length."""
-    rates, drive_type, surroundings_type = build_rates(system), system.drive_type, system.surroundings_type
+    rates, drive_type, here_type = build_rates(system), system.drive_type, system.medium.here_type
 
     @wp.func
     def step(
         body: Body,
-        around: surroundings_type,
+        around: here_type,
         drive: drive_type,
         magnets: wp.array(dtype=Magnet),
         t: wp.float64,
@@ -65,7 +65,7 @@ def build_rk4(system):
     @wp.func
     def trial(
         body: Body,
-        around: surroundings_type,
+        around: here_type,
         drive: drive_type,
         magnets: wp.array(dtype=Magnet),
         control: Control,
@@ -128,11 +128,16 @@ class Thickening:
 
 
 @wp.func
+def as_everywhere(surroundings: Thickening, position: wp.vec3d, rotation: wp.mat33d) -> Thickening:
+    return surroundings
+
+
+@wp.func
 def thickening(
-    body: Body, surroundings: Thickening, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
+    body: Body, here: Thickening, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
 ) -> wp.spatial_vectord:
     """A fluid whose drag grows linearly with depth."""
-    return (body.mobility * load) / (wp.float64(1.0) - position[2] / surroundings.depth)
+    return (body.mobility * load) / (wp.float64(1.0) - position[2] / here.depth)
 
 
 def thickening_around(scenarios, device):
@@ -146,7 +151,7 @@ def test_a_mobility_that_depends_on_height():
     run = scenario("20 s", **SINKING, distance=0.05)
 
     def formulas(given):
-        return replace(system_of(given), response=thickening, surround=thickening_around)
+        return replace(system_of(given), medium=Medium(thickening, as_everywhere, thickening_around))
 
     (thick,), (plain,) = advance([run], system=formulas), advance([run])
     speed = 3e-4 / 0.1

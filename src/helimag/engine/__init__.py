@@ -22,14 +22,25 @@ from helimag.engine.packing import (
 from helimag.engine.running import Underway, advance, advancing
 from helimag.engine.simulation import simulate, simulate_many, trajectory_of
 from helimag.engine.synchrony import lag_vector
-from helimag.engine.system import MAGNET_MODELS, System, build_balance, build_load, build_rates, system_of
+from helimag.engine.system import (
+    MAGNET_MODELS,
+    OPEN_WATER,
+    Medium,
+    System,
+    build_balance,
+    build_load,
+    build_rates,
+    system_of,
+)
 
 __all__ = [
     "DOP853",
     "MAGNET_MODELS",
+    "OPEN_WATER",
     "TOLERANCE",
     "Control",
     "History",
+    "Medium",
     "Method",
     "System",
     "Underway",

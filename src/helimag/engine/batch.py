@@ -90,7 +90,7 @@ class Batch:
         )
         self._inputs = [
             wp.array(pack_bodies(scenarios), dtype=Body, device=settings.device),
-            system.surround(scenarios, settings.device),
+            system.medium.pack(scenarios, settings.device),
             pack_drives(scenarios, settings.device),
             *(wp.array(values, dtype=kind, device=settings.device) for values, kind in inputs),
         ]

@@ -24,7 +24,7 @@ from helimag.engine.synchrony import Synchrony, lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates
 from helimag.outcomes import End
 from helimag.physics.balance import Body, moment_of
-from helimag.physics.kinematics import State, head_position
+from helimag.physics.kinematics import State, head_position, rotation_matrix
 from helimag.physics.magnetics import Magnet
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -55,11 +55,12 @@ class Progress:
 def build_attempt(system: System, method: Method) -> wp.Function:
     """Make the function that tries one step towards ``end`` (s), under error control and with an eye on events.
 
-    It returns whether the step was taken, how long it was, the time, the step to try next, the state with its rates and
-    lag vector, and the run's status.
+    It returns whether the step was taken, how long it was, the time, the step to try next, the state with what is
+    around it, its rates and lag vector, and the run's status.
     """
-    drive_type, surroundings_type, pose_model = system.drive_type, system.surroundings_type, system.pose
-    load, balance, trial = build_load(system.magnet), build_balance(system.response), method.build(system)
+    drive_type, pose_model, medium = system.drive_type, system.pose, system.medium
+    load, balance, trial = build_load(system.magnet), build_balance(medium.response), method.build(system)
+    surroundings_type, here_type, local = medium.surroundings_type, medium.here_type, medium.local
     rescaled = build_rescaled(method.error_order, method.safety)
     growth = wp.constant(wp.float64(method.growth))
 
@@ -67,6 +68,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
     def attempt(
         body: Body,
         surroundings: surroundings_type,
+        here: here_type,
         drive: drive_type,
         magnets: wp.array(dtype=Magnet),
         control: Control,
@@ -80,23 +82,24 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         # equal steps to the sample, so that landing on it never costs a tiny one
         count = wp.ceil((end - now) / wp.min(step, control.longest))
         dt = (end - now) / count
-        new, error = trial(body, surroundings, drive, magnets, control, now, dt, state, k0)
+        new, error = trial(body, here, drive, magnets, control, now, dt, state, k0)
         lag = wp.vec2d()
         if not error <= ONE:
-            return REJECTED, dt, now, wp.min(rescaled(dt, error), HALF * dt), state, k0, lag, RUNNING
+            return REJECTED, dt, now, wp.min(rescaled(dt, error), HALF * dt), state, here, k0, lag, RUNNING
         t = now + dt
         if count == ONE:
             t = end
         pose = pose_model(drive, t)
         least, kind = clearance(bounds, magnets, pose, new)
         if least < ZERO and dt > EVENT_TIME:
-            return LOCATING, dt, now, HALF * dt, state, k0, lag, RUNNING
+            return LOCATING, dt, now, HALF * dt, state, here, k0, lag, RUNNING
         if least >= ZERO:
             kind = RUNNING
         field, force = load(magnets, pose, head_position(new), moment_of(body, new))
-        rates = balance(body, surroundings, new, force, field)
+        there = local(surroundings, head_position(new), rotation_matrix(new))
+        rates = balance(body, there, new, force, field)
         following = wp.min(rescaled(dt, error), growth * step)
-        return TAKEN, dt, t, following, new, rates, lag_vector(field, new), kind
+        return TAKEN, dt, t, following, new, there, rates, lag_vector(field, new), kind
 
     return attempt
 
@@ -104,7 +107,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
 @cache
 def build_advance(system: System, method: Method) -> wp.Kernel:
     """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
-    drive_type, surroundings_type = system.drive_type, system.surroundings_type
+    drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)
 
     @wp.kernel(enable_backward=False, module="unique")
@@ -124,15 +127,16 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
         p = progress[run]
         body, around, drive = bodies[run], surroundings[run], drives[run]
         control, bound, schedule = controls[run], bounds[run], schedules[run]
-        k0 = rates(body, around, drive, magnets[run], p.time, p.state)
+        here = local(around, head_position(p.state), rotation_matrix(p.state))
+        k0 = rates(body, here, drive, magnets[run], p.time, p.state)
         if p.sample == 0:
             p.statistics = statistics_from(p.time, p.state)
         left = int(budget)
         while left > 0 and p.status == RUNNING:
             end = sample_time(schedule, p.sample)
             if p.time < end:
-                outcome, dt, t, step, new, k0, lag, status = attempt(
-                    body, around, drive, magnets[run], control, bound, end, p.time, p.step, p.state, k0
+                outcome, dt, t, step, new, here, k0, lag, status = attempt(
+                    body, around, here, drive, magnets[run], control, bound, end, p.time, p.step, p.state, k0
                 )
                 p.step = step
                 p.status = status

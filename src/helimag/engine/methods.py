@@ -41,9 +41,8 @@ class Method:
     error_order
         Power of the step with which the error estimate falls.
     build
-        ``build(system)`` makes the Warp function ``trial(body, surroundings, drive, magnets, control, t, h, state,
-        k0)``: the state after a step of ``h`` (s) from ``state``, whose rates are ``k0``; and its error in units of the
-        tolerance.
+        ``build(system)`` makes the Warp function ``trial(body, here, drive, magnets, control, t, h, state, k0)``: the
+        state after a step of ``h`` (s) from ``state``, whose rates are ``k0``; and its error in units of the tolerance.
     safety
         Share of the step that would just meet the tolerance to try next.
     growth
@@ -86,7 +85,7 @@ def blended_error(low: State, high: State, h: wp.float64, control: Control) -> w
 @cache
 def build_dop853(system: System) -> wp.Function:
     """Make DOP853's step for a system."""
-    rates, drive_type, surroundings_type = build_rates(system), system.drive_type, system.surroundings_type
+    rates, drive_type, here_type = build_rates(system), system.drive_type, system.medium.here_type
     argument = [None] + [weighted_sum(TABLEAU.A[i, :i]) for i in range(1, STAGES)]
     times = [wp.float64(float(c)) for c in TABLEAU.C]
     result, low, high = (weighted_sum(weights) for weights in (TABLEAU.B, TABLEAU.E3[:STAGES], TABLEAU.E5[:STAGES]))
@@ -94,7 +93,7 @@ def build_dop853(system: System) -> wp.Function:
     @wp.func
     def trial(
         body: Body,
-        surroundings: surroundings_type,
+        here: here_type,
         drive: drive_type,
         magnets: wp.array(dtype=Magnet),
         control: Control,
@@ -107,7 +106,7 @@ def build_dop853(system: System) -> wp.Function:
         k[0] = k0
         for i in range(1, STAGES):
             stage = state + h * wp.static(argument[i])(k)
-            k[i] = rates(body, surroundings, drive, magnets, t + wp.static(times[i]) * h, stage)
+            k[i] = rates(body, here, drive, magnets, t + wp.static(times[i]) * h, stage)
         return normalized(state + h * result(k)), blended_error(low(k), high(k), h, control)
 
     return trial

@@ -12,7 +12,7 @@ from typing import Any
 import warp as wp
 
 from helimag.physics import magnetics
-from helimag.physics.balance import Body, OpenWater, load_on, moment_of, open_water
+from helimag.physics.balance import Body, OpenWater, load_on, moment_of, nothing_near, open_water
 from helimag.physics.kinematics import (
     RpmPose,
     State,
@@ -28,9 +28,44 @@ from helimag.scenario import Scenario
 MAGNET_MODELS = {"dipole": magnetics.point_dipole, "cylinder": magnetics.cylinder}
 
 
-def nothing_around(scenarios: Sequence[Scenario], device: str) -> wp.array:
+def _nothing_around(scenarios: Sequence[Scenario], device: str) -> wp.array:
     """Surroundings of devices in open water."""
     return wp.zeros(len(scenarios), dtype=OpenWater, device=device)
+
+
+@dataclass(frozen=True)
+class Medium:
+    """What surrounds the device, and how it answers a load there.
+
+    Attributes
+    ----------
+    response
+        ``response(body, here, position, rotation, load)``: velocity (m/s) and angular velocity (rad/s) that a load
+        (N, N m) gives the device, all in the body frame: its mobility, which may depend on where it is.
+    local
+        ``local(surroundings, position, rotation)``: what ``response`` needs to know of the surroundings there
+        (``here``). It is asked once a step, at the step's start: for what changes little while the magnet turns through
+        some twenty degrees and costs too much to ask at every stage.
+    pack
+        ``pack(scenarios, device)``: an array of surroundings, one a scenario, on the device.
+    """
+
+    response: wp.Function = open_water
+    local: wp.Function = nothing_near
+    pack: Callable[[Sequence[Scenario], str], wp.array] = _nothing_around
+
+    @property
+    def surroundings_type(self) -> Any:
+        """Structure that describes the surroundings of a run."""
+        return self.local.input_types["surroundings"]
+
+    @property
+    def here_type(self) -> Any:
+        """Structure that describes them at a place."""
+        return self.response.input_types["here"]
+
+
+OPEN_WATER = Medium()
 
 
 @dataclass(frozen=True)
@@ -44,28 +79,18 @@ class System:
         unit vector ``axis``, on the moment ``m`` (A m^2): see :mod:`helimag.physics.magnetics`.
     pose
         ``pose(drive, t)``: the RPM's pose at ``t`` (s); the type of its first argument is that of the drives.
-    response
-        ``response(body, surroundings, position, rotation, load)``: velocity (m/s) and angular velocity (rad/s) that a
-        load (N, N m) gives the device, all in the body frame: its mobility, which may depend on where it is. The type
-        of the second argument is that of the surroundings.
-    surround
-        ``surround(scenarios, device)``: an array of that type, one a scenario, on the device.
+    medium
+        What surrounds the device.
     """
 
     magnet: Callable[..., Any]
     pose: wp.Function = rpm_pose
-    response: wp.Function = open_water
-    surround: Callable[[Sequence[Scenario], str], wp.array] = nothing_around
+    medium: Medium = OPEN_WATER
 
     @property
     def drive_type(self) -> Any:
         """Structure that describes a drive to ``pose``."""
         return self.pose.input_types["drive"]
-
-    @property
-    def surroundings_type(self) -> Any:
-        """Structure that describes the surroundings to ``response``."""
-        return self.response.input_types["surroundings"]
 
 
 def system_of(scenario: Scenario) -> System:
@@ -97,12 +122,12 @@ def build_load(magnet_model: Callable[..., Any]) -> wp.Function:
 @cache
 def build_balance(response: wp.Function) -> wp.Function:
     """Make the function that turns magnetic ``force`` (N) and ``field`` (T), lab components, into rates: eq. (4)."""
-    surroundings_type = response.input_types["surroundings"]
+    here_type = response.input_types["here"]
 
     @wp.func
-    def balance(body: Body, surroundings: surroundings_type, state: State, force: wp.vec3d, field: wp.vec3d) -> State:
+    def balance(body: Body, here: here_type, state: State, force: wp.vec3d, field: wp.vec3d) -> State:
         rotation = rotation_matrix(state)
-        motion = response(body, surroundings, head_position(state), rotation, load_on(body, rotation, force, field))
+        motion = response(body, here, head_position(state), rotation, load_on(body, rotation, force, field))
         velocity = rotation * wp.vec3d(motion[0], motion[1], motion[2])
         return state_rates(state, velocity, wp.vec3d(motion[3], motion[4], motion[5]))
 
@@ -112,19 +137,19 @@ def build_balance(response: wp.Function) -> wp.Function:
 @cache
 def build_rates(system: System) -> wp.Function:
     """Make the right-hand side of the equations of motion: rates of a state at ``t`` (s)."""
-    drive_type, surroundings_type = system.drive_type, system.surroundings_type
-    load, balance, pose_model = build_load(system.magnet), build_balance(system.response), system.pose
+    drive_type, here_type = system.drive_type, system.medium.here_type
+    load, balance, pose_model = build_load(system.magnet), build_balance(system.medium.response), system.pose
 
     @wp.func
     def rates(
         body: Body,
-        surroundings: surroundings_type,
+        here: here_type,
         drive: drive_type,
         magnets: wp.array(dtype=Magnet),
         t: wp.float64,
         state: State,
     ) -> State:
         field, force = load(magnets, pose_model(drive, t), head_position(state), moment_of(body, state))
-        return balance(body, surroundings, state, force, field)
+        return balance(body, here, state, force, field)
 
     return rates

@@ -52,8 +52,14 @@ class OpenWater:
 
 
 @wp.func
+def nothing_near(surroundings: OpenWater, position: wp.vec3d, rotation: wp.mat33d) -> OpenWater:
+    """What is around the device in open water: the same everywhere."""
+    return surroundings
+
+
+@wp.func
 def open_water(
-    body: Body, surroundings: OpenWater, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
+    body: Body, here: OpenWater, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
 ) -> wp.spatial_vectord:
     """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, far from all walls: eq. (4) solved."""
     return body.mobility * load

@@ -10,7 +10,7 @@ import warp as wp
 
 from helimag.engine import Control, Method, System, build_balance, build_load, lag_vector
 from helimag.physics.balance import Body, moment_of
-from helimag.physics.kinematics import Drive, State, attack_angle, head_position, rpm_pose, turn_z
+from helimag.physics.kinematics import Drive, State, attack_angle, head_position, rotation_matrix, rpm_pose, turn_z
 from helimag.physics.magnetics import Magnet
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -94,8 +94,8 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
     Equal steps and no error control: the result is then a smooth function of the state, so that differences of it are
     derivatives. A held head is put back after each step, in the moving frame.
     """
-    load, balance, trial = build_load(system.magnet), build_balance(system.response), method.build(system)
-    surroundings_type = system.surroundings_type
+    load, balance, trial = build_load(system.magnet), build_balance(system.medium.response), method.build(system)
+    surroundings_type, local = system.medium.surroundings_type, system.medium.local
     free = wp.constant(not held)
 
     @wp.kernel(enable_backward=False, module="unique")
@@ -113,7 +113,6 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
         passage = passages[i]
         drive = drives[passage.problem]
         body = bodies[passage.problem]
-        around = surroundings[passage.problem]
         control = Control()
         control.tolerance = ONE
         control.length = ONE
@@ -131,8 +130,9 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
         )
         for k in range(passage.steps):
             t = passage.begin + wp.float64(k) * dt
-            k0 = balance(body, around, state, force, field)
-            state, error = trial(body, around, drive, magnets[passage.problem], control, t, dt, state, k0)
+            here = local(surroundings[passage.problem], head_position(state), rotation_matrix(state))
+            k0 = balance(body, here, state, force, field)
+            state, error = trial(body, here, drive, magnets[passage.problem], control, t, dt, state, k0)
             t += dt
             moving = to_moving(drive, t, state)
             if not free:

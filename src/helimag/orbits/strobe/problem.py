@@ -98,7 +98,7 @@ class Problem:
         bodies, self.roll = _packed_bodies(scenarios)
         self._arrays = [
             wp.array(bodies, dtype=Body, device="cpu"),
-            self.system.surround(scenarios, "cpu"),
+            self.system.medium.pack(scenarios, "cpu"),
             pack_drives(scenarios, "cpu"),
             wp.array(pack_magnets(scenarios), dtype=magnetics.Magnet, device="cpu"),
         ]
