@@ -30,7 +30,7 @@ from helimag.orbits import (
     slow_flow,
     stability_map,
 )
-from helimag.orbits.slow_flow.averaging import SlowFlow
+from helimag.orbits.slow_flow import SlowFlow, attraction
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
 SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]
@@ -275,7 +275,7 @@ def test_basin_by_runs(run, tmp_path):
 
 
 def test_basin_by_the_averaged_model_says_how_far_to_trust_it(run, monkeypatch, tmp_path):
-    monkeypatch.setattr(orbit_grids, "ENGINE_NODES", 8)
+    monkeypatch.setattr(attraction, "ENGINE_NODES", 8)
     target = tmp_path / "basin.nc"
     words = ["--engine", "averaged", "--box", "40 mm", "--nodes", "4", "--check", "6", "-o", target]
     status, out, _ = run("orbit", "basin", *SCENARIO, *words, "--duration", "1200 s", "--json")

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import helimag as hm
-from helimag.orbits import Future, explain, find_orbits, follow, outlook
+from helimag.orbits import Future, explain, find_orbits, follow
+from helimag.orbits.beside_runs import outlook
 from helimag.orbits.beside_runs.closed_curve import swinging, weighted_mean
 from helimag.orbits.beside_runs.outlook import ON_ORBIT
 from helimag.orbits.strobe import chart

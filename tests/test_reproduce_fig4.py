@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from helimag import quantities as q
-from helimag.reproduce._fig4 import Input, fig4, trends
+from helimag.reproduce._fig4 import Fig4Input, fig4, trends
 from helimag.sweeps import Outcome, load_sweep
 
 INPUTS = (
-    Input("drive.pitch", q.ANGLE, 8.0, 17.0, 3.0),
-    Input("drive.distance", q.LENGTH, 146.0, 154.0, 4.0),
+    Fig4Input("drive.pitch", q.ANGLE, 8.0, 17.0, 3.0),
+    Fig4Input("drive.distance", q.LENGTH, 146.0, 154.0, 4.0),
 )
 
 

@@ -12,7 +12,7 @@ from helimag.cli._shared import Json, check_target, print_json
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.sweeps import Progress
+    from helimag.sweeps import SweepProgress
 
 
 def sweep(
@@ -149,7 +149,7 @@ def _clock(seconds: float) -> str:
 
 
 @contextmanager
-def sweep_progress(what: str) -> Iterator[Callable[["Progress"], None]]:
+def sweep_progress(what: str) -> Iterator[Callable[["SweepProgress"], None]]:
     """A bar on stderr with rate, estimate and counts by verdict, which appears when the work has taken a second."""
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
@@ -159,7 +159,7 @@ def sweep_progress(what: str) -> Iterator[Callable[["Progress"], None]]:
     bar = Bar(TextColumn(what), BarColumn(), TextColumn(form), console=Console(stderr=True), transient=True)
     task = bar.add_task(what, total=1.0, rate="", counts="")
 
-    def report(progress: "Progress") -> None:
+    def report(progress: "SweepProgress") -> None:
         rate = progress.rate
         left = _clock((progress.total - progress.worked) / rate) if rate > 0.0 else "?"
         counts = ", ".join(f"{count} {name}" for name, count in progress.counts.most_common())

@@ -10,6 +10,8 @@ from helimag.errors import InputError
 
 if TYPE_CHECKING:
     from helimag.runs.trajectory import Trajectory
+    from helimag.vision.cameras import Rig
+    from helimag.vision.synthetic.rig import Effects
 
 app = App(name="vision", help="Two cameras: render synthetic films, calibrate, track, import tracks.")
 Folder = Annotated[Path, Parameter(name=["--output", "-o"])]
@@ -57,20 +59,10 @@ def render(
     """
     from helimag import quantities as q
     from helimag.runs.trajectory import Trajectory
-    from helimag.vision.calibration.session import render_session
     from helimag.vision.synthetic.rendering import render_run
-    from helimag.vision.synthetic.rig import Effects, paper_rig
+    from helimag.vision.synthetic.rig import paper_rig
 
-    if not 0.0 <= dropped < 0.9:
-        raise InputError(f"--dropped must be a share from 0 to 0.9; got {dropped}")
-    effects = Effects(
-        dropped=dropped,
-        clock_offset=q.parse(clock_offset, q.TIME),
-        reflection=reflection,
-        bubble=q.parse(bubble, q.LENGTH),
-        seed=seed,
-    )
-    rig = paper_rig(seed=seed)
+    rig, effects = paper_rig(seed=seed), _effects(dropped, clock_offset, reflection, bubble, seed)
     with progress_bar(f"filming {run.name}") as progress:
         paths = render_run(
             Trajectory.load(run),
@@ -83,11 +75,32 @@ def render(
             progress=progress,
         )
     rig.save(output / "true-rig.json")
-    if boards:
-        with progress_bar("photographing the board") as progress:
-            paths["calibration"] = render_session(rig, output, seed=seed, progress=progress)
+    paths |= _boards(rig, output, seed) if boards else {}
     for name, path in paths.items():
         print(f"{name:12s}{path}")
+
+
+def _boards(rig: "Rig", output: Path, seed: int) -> dict[str, Path]:
+    from helimag.vision.calibration.session import render_session
+
+    with progress_bar("photographing the board") as progress:
+        return {"calibration": render_session(rig, output, seed=seed, progress=progress)}
+
+
+def _effects(dropped: float, clock_offset: str, reflection: float, bubble: str, seed: int) -> "Effects":
+    """What disturbs the films, as the options say."""
+    from helimag import quantities as q
+    from helimag.vision.synthetic.rig import Effects
+
+    if not 0.0 <= dropped < 0.9:
+        raise InputError(f"--dropped must be a share from 0 to 0.9; got {dropped}")
+    return Effects(
+        dropped=dropped,
+        clock_offset=q.parse(clock_offset, q.TIME),
+        reflection=reflection,
+        bubble=q.parse(bubble, q.LENGTH),
+        seed=seed,
+    )
 
 
 @app.command

@@ -13,10 +13,7 @@ from helimag.errors import FileError, InputError
 from helimag.files import toml_tables
 from helimag.robot.arm.path import magnet_path
 from helimag.robot.logs import Log
-from helimag.scenario import Scenario
-from helimag.scenario._device import Part
-from helimag.scenario._fields import Frequency, Length
-from helimag.scenario._scenario import messages
+from helimag.scenario import Frequency, Length, Part, Scenario, messages
 
 Floats = NDArray[np.float64]
 Point = tuple[Length, Length, Length]

@@ -9,35 +9,56 @@ from helimag.scenario._device import (
     Device,
     Helix,
     Hydrodynamics,
+    Part,
     SphereHead,
     SpheroidHead,
     Weight,
 )
+from helimag.scenario._fields import (
+    Acceleration,
+    Angle,
+    AngularRate,
+    Frequency,
+    Length,
+    Quantity,
+    Size,
+    Time,
+)
 from helimag.scenario._files import load, parse, preset_names
 from helimag.scenario._path import Path
-from helimag.scenario._scenario import MARKS, Scenario
+from helimag.scenario._scenario import MARKS, Scenario, messages
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Walls, Workspace
 from helimag.scenario.inputs import Input
 
 __all__ = [
     "MARKS",
+    "Acceleration",
+    "Angle",
+    "AngularRate",
     "CylinderHead",
     "Device",
     "Drive",
     "Fluid",
+    "Frequency",
     "Helix",
     "Hydrodynamics",
     "Input",
+    "Length",
     "Magnet",
+    "Part",
     "Path",
+    "Quantity",
     "Run",
     "Scenario",
+    "Size",
     "SphereHead",
     "SpheroidHead",
+    "Time",
     "Walls",
     "Weight",
     "Workspace",
     "load",
+    "messages",
     "parse",
     "preset_names",
 ]

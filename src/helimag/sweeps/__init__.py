@@ -6,7 +6,7 @@ from helimag.sweeps.design import Design, resolve
 from helimag.sweeps.export import axis_names, counts, export, load_sweep
 from helimag.sweeps.nodes import Nodes, nodes_of
 from helimag.sweeps.plan import Axis, Boundary, Plan, Sampling, load_plan, parse_plan
-from helimag.sweeps.run import Progress, sweep
+from helimag.sweeps.run import SweepProgress, sweep
 from helimag.sweeps.trial import Estimate, estimate
 
 __all__ = [
@@ -18,9 +18,9 @@ __all__ = [
     "Nodes",
     "Outcome",
     "Plan",
-    "Progress",
     "Reason",
     "Sampling",
+    "SweepProgress",
     "axis_names",
     "boundary_line",
     "counts",

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from helimag import quantities as q
 from helimag.errors import InputError
-from helimag.scenario import Scenario, load
-from helimag.scenario._fields import Quantity
+from helimag.scenario import Quantity, Scenario, load
 from helimag.sweeps.plan import Axis, Plan
 
 Floats = NDArray[np.float64]

@@ -7,8 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from helimag.errors import FileError, InputError
 from helimag.files import toml_tables
-from helimag.scenario import Scenario, preset_names
-from helimag.scenario._fields import Time
+from helimag.scenario import Scenario, Time, preset_names
 
 
 class _Part(BaseModel):

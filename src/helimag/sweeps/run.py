@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Progress:
+class SweepProgress:
     """How a sweep stands: runs in all, runs in the store, the same with what is under way, and counts by verdict."""
 
     total: int
@@ -45,7 +45,7 @@ def sweep(
     out: str | Path,
     scheduler: str | None = None,
     threads: int | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[SweepProgress], None] | None = None,
 ) -> "xarray.Dataset":
     """Run a plan into a store, or go on with it where the store is there already.
 
@@ -79,7 +79,7 @@ def sweep(
     place = Path(out)
     times = sample_times(design)
     with Store.opened(place, design) as store:
-        state = Progress(total=design.size)
+        state = SweepProgress(total=design.size)
         for chunk in sorted(store.done):
             _count(state, np.asarray(store.read(chunk, "verdict")))
         state.found, state.worked = state.done, state.done
@@ -98,8 +98,8 @@ def _run(
     columns: dict[int, Rows],
     store: Store,
     times: NDArray[np.float64] | None,
-    state: Progress,
-    progress: Callable[[Progress], None] | None,
+    state: SweepProgress,
+    progress: Callable[[SweepProgress], None] | None,
 ) -> None:
     """Compute jobs, commit each as it comes, and report."""
     begun = time.monotonic() - state.seconds
@@ -117,7 +117,7 @@ def _run(
         report(0.0)
 
 
-def _count(state: Progress, verdicts: NDArray[np.generic]) -> None:
+def _count(state: SweepProgress, verdicts: NDArray[np.generic]) -> None:
     known = verdicts[verdicts != Outcome.NOT_COMPUTED]
     state.done += known.size
     state.counts.update(label(Outcome(int(flag))) for flag in known)

@@ -13,9 +13,7 @@ from pydantic import Field, ValidationError, model_validator
 from helimag.errors import FileError, InputError
 from helimag.files import toml_tables
 from helimag.robot.arm.frames import frame, tool_rotation
-from helimag.scenario._device import Part
-from helimag.scenario._fields import Acceleration, Angle, AngularRate, Length, Size
-from helimag.scenario._scenario import messages
+from helimag.scenario import Acceleration, Angle, AngularRate, Length, Part, Size, messages
 
 Floats = NDArray[np.float64]
 Six = tuple[Angle, Angle, Angle, Angle, Angle, Angle]
