@@ -390,7 +390,7 @@ def test_nothing_slow_where_the_device_is_drawn_in(orbit: hm.Orbit) -> None:
         (["flow", "paper/fig3c", "--box", "1 mm..2 mm"], "three ranges"),
         (["flow", "paper/fig3c", "--box", "1 mm..2 mm, 2 mm..1 mm, 0 mm..1 mm"], "from low to high"),
         (["flow", "paper/fig3c", "-o", "flow.nc", "-o", "flow.txt"], "--output must end in"),
-        (["flow", "paper/fig3c", "--set", "drive.distance=400 mm"], "no orbit that this could be around: lost step"),
+        (["flow", "paper/fig3c", "--set", "drive.distance=1 m"], "no orbit that this could be around: lost step"),
         (["basin", "paper/fig3a", "--engine", "averaged"], "needs a stable orbit"),
         (["basin", "paper/fig3c", "--nodes", "1"], "--nodes must be at least 2; got 1"),
         (["basin", "paper/fig3c", "--engine", "exact"], "engine"),

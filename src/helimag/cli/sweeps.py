@@ -83,8 +83,9 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
     counts = sweeps.counts(dataset)
     lines = [f"{output}: " + ", ".join(f"{count} {name}" for name, count in counts.items())]
     report: dict[str, Any] = {"store": str(output), "runs": int(dataset["verdict"].size), "counts": counts}
-    if "[boundary]" in dataset.attrs["plan"]:
-        line = sweeps.boundary_line(dataset, sweeps.parse_plan(dataset.attrs["plan"]).boundary.verdict)  # type: ignore[union-attr]
+    boundary = sweeps.parse_plan(dataset.attrs["plan"]).boundary
+    if boundary is not None:
+        line = sweeps.boundary_line(dataset, boundary.verdict)
         report["boundary"] = {
             "axes": list(line.names),
             "points": len(line.points),

@@ -26,7 +26,7 @@ class Watch:
         self._done, self._told = 0.0, -math.inf
 
     def __call__(self, done: float) -> None:
-        self._done, self._told = max(self._done, min(done, 1.0)), time.monotonic()
+        self._done, self._told = max(self._done, min(float(done), 1.0)), time.monotonic()
         if self._report is not None:
             self._report(self._done)
 
