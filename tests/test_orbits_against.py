@@ -71,7 +71,7 @@ def test_seeds_are_sought_on_a_grid_of_starts_where_runs_lead_to_none() -> None:
     """At 3.3 Hz and 8 degrees a run from the usual start leaves, though there is a stable orbit."""
     scenario = hm.load("paper/fig3c").replaced({"drive.pitch": "8 deg"})
     found = Spread(lambda _: scenario, (1,), length=0.15)
-    found.seek((0,))
+    found.seek((0,), Watch())
     assert not found.stable.any()
     found.seek_all_over(Watch())
     assert found.stable.all()
