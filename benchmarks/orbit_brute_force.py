@@ -14,8 +14,7 @@ import numpy as np
 
 import helimag as hm
 from helimag.orbits.beside_runs.growth import leading_direction, observed_growth
-from helimag.orbits.strobe import chart
-from helimag.orbits.strobe.starts import strobed
+from helimag.orbits.strobe import chart, strobed
 
 HORIZON = 20_000.0  # s
 BESIDE = 1e-3  # displacement of the run, in shares of the distance and radians

@@ -1,6 +1,7 @@
 """The package's shape: who imports whom, what is forbidden, and that public names are documented."""
 
 import ast
+import importlib
 import inspect
 import re
 from collections import Counter
@@ -39,6 +40,10 @@ INSIDE = {
         "synthetic": {"_cv", "refraction", "shape", "cameras", "silhouette", "films", "calibration"},
     },
 }
+
+
+# rooms inside a room, from the ground up: each imports from lower ones only, and by what they export
+INNER = {"orbits": ["strobe", "curves", "slow_flow", "beside_runs", "datasets"]}
 
 
 def room_of(parts):
@@ -171,6 +176,65 @@ def test_modules_are_acyclic_within_rooms_too():
 
     for name in graph:
         visit(name, [])
+
+
+def imported_names(path):
+    """Every name that a file imports from helimag, functions and types included: module, name or None, line."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "helimag":
+            yield from ((node.module, alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from ((a.name, None, node.lineno) for a in node.names if a.name.split(".")[0] == "helimag")
+
+
+def named(path):
+    """Modules and packages that a file names, with lines: ``from helimag.a import b`` names ``helimag.a.b`` too."""
+    for module, name, line in imported_names(path):
+        yield module.split("."), line
+        if name is not None:
+            yield [*module.split("."), name], line
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_no_private_module_of_another_room_is_imported(path):
+    own = own_room(path)
+    for parts, line in named(path):
+        if len(parts) > 2 and parts[1] != own:
+            private = [part for part in parts[2:] if part.startswith("_")]
+            assert not private, f"line {line}: {'.'.join(parts)}"
+
+
+@pytest.mark.parametrize("room", sorted(INNER))
+def test_inner_rooms_import_from_lower_ones_by_what_they_export(room):
+    order = INNER[room]
+    folders = {p.name for p in (PACKAGE / room).iterdir() if p.is_dir() and (p / "__init__.py").exists()}
+    assert folders == set(order)
+    for path in MODULES:
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        if parts[0] != room or len(parts) < 3:
+            continue
+        for module, name, line in imported_names(path):
+            _, *into = module.split(".")
+            if into[:1] != [room] or into[1:2] == [parts[1]]:
+                continue
+            where = f"{path.relative_to(PACKAGE)}, line {line}: {module} {name}"
+            assert len(into) == 2, where
+            assert order.index(into[1]) < order.index(parts[1]), where
+            exported = importlib.import_module(module).__all__
+            assert name in exported, where
+
+
+@pytest.mark.parametrize("room", [*sorted(INNER), "design"])
+def test_nobody_outside_imports_what_a_room_does_not_export(room):
+    exported = set(importlib.import_module(f"helimag.{room}").__all__)
+    for path in MODULES:
+        if own_room(path) == room:
+            continue
+        for module, name, line in imported_names(path):
+            if module.split(".")[1:2] == [room]:
+                where = f"{path.relative_to(PACKAGE)}, line {line}: {module} {name}"
+                assert module == f"helimag.{room}", where
+                assert name in exported, where
 
 
 @pytest.mark.parametrize("package", ["pint", "nicegui", "magpylib", "matplotlib"])

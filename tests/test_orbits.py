@@ -10,10 +10,7 @@ from helimag.engine import advance
 from helimag.geometry import long_axes
 from helimag.orbits import OrbitStatus, find_orbits, list_orbits, observed_growth
 from helimag.orbits.beside_runs.growth import leading_direction
-from helimag.orbits.strobe import chart
-from helimag.orbits.strobe.newton import solve
-from helimag.orbits.strobe.orbit import describe_rates
-from helimag.orbits.strobe.problem import Problem
+from helimag.orbits.strobe import Problem, chart, describe_rates, solve
 from helimag.orbits.strobe.starts import default_box, on_grid, strobed, to_lab, to_moving
 
 ONE = np.zeros(1, dtype=np.int64)

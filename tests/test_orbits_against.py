@@ -13,10 +13,10 @@ import xarray
 import helimag as hm
 from helimag.cli import main
 from helimag.cli.orbit_against import _inputs
-from helimag.orbits import Comparison, Why, compare_with_orbits, comparison_dataset, stable_segments, survey
+from helimag.orbits import OrbitComparison, Why, compare_with_orbits, comparison_dataset, stable_segments, survey
 from helimag.orbits.beside_runs.against import _why, away_from_boundary
-from helimag.orbits.curves.spreading import Spread
-from helimag.orbits.strobe.starts import open_water
+from helimag.orbits.curves import Spread
+from helimag.orbits.strobe import Watch, open_water
 from helimag.outcomes import End, Verdict
 from helimag.sweeps import Nodes, nodes_of
 
@@ -55,8 +55,8 @@ def test_spread_over_three_inputs_finds_what_is_found_one_by_one() -> None:
         return base.replaced({path: line[i] for (path, line), i in zip(values.items(), node, strict=True)})
 
     found = Spread(scenario_at, (3, 3, 2), length=0.15)
-    found.seek_all_over()
-    found.spread(lambda _: None)
+    found.seek_all_over(Watch())
+    found.spread(Watch())
     for node in ((0, 0, 0), (2, 1, 1), (2, 2, 0)):
         orbit = hm.find_orbit(scenario_at(node))
         assert found.stable[node] == orbit.stable
@@ -70,9 +70,9 @@ def test_seeds_are_sought_on_a_grid_of_starts_where_runs_lead_to_none() -> None:
     """At 3.3 Hz and 8 degrees a run from the usual start leaves, though there is a stable orbit."""
     scenario = hm.load("paper/fig3c").replaced({"drive.pitch": "8 deg"})
     found = Spread(lambda _: scenario, (1,), length=0.15)
-    found.seek((0,))
+    found.seek((0,), Watch())
     assert not found.stable.any()
-    found.seek_all_over()
+    found.seek_all_over(Watch())
     assert found.stable.all()
 
 
@@ -179,7 +179,7 @@ def test_the_command_prints_draws_and_reports(
     assert explained == len(report["cases"])
 
 
-def a_case_of(*plan: str, folder: Path) -> tuple[Nodes, Comparison]:
+def a_case_of(*plan: str, folder: Path) -> tuple[Nodes, OrbitComparison]:
     (folder / "plan.toml").write_text('base = "paper/fig3c"\nduration = "60 s"\n' + "\n".join(plan))
     nodes = nodes_of(hm.sweep(folder / "plan.toml", out=folder / "runs.zarr"))
     return nodes, compare_with_orbits(nodes.scenario_at, nodes.verdicts)
@@ -228,7 +228,7 @@ def test_shares_count_what_they_say() -> None:
     growth = np.array([-1.0, -1.0, -1.0, -1.0, np.nan, 1.0])
     beside = np.array([True, True, False, False, False, False])
     away = np.array([True, True, True, True, True, False])
-    result = Comparison(verdicts, growth, growth, np.zeros((6, 7)), away, beside)
+    result = OrbitComparison(verdicts, growth, growth, np.zeros((6, 7)), away, beside)
     assert result.agree.tolist() == [True, False, False, False, False, True]
     assert result.share() == pytest.approx(1.0 / 3.0)
     assert result.share(beside=True) == pytest.approx(2.0 / 4.0)

@@ -10,12 +10,12 @@ from helimag.orbits import (
     BoundaryCurve,
     Change,
     StabilityMap,
-    boundary,
     boundary_of,
     find_orbits,
     stability_map,
     stable_interval,
 )
+from helimag.orbits.curves import boundary
 from helimag.orbits.strobe import chart
 from helimag.scenario import Input
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import command_line
-from helimag.design import robust_inputs
+from helimag.design import candidates, full_runs, robust_inputs
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
 SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]
@@ -112,8 +112,13 @@ def test_options_are_named_where_their_quantity_is_wrong(monkeypatch, capsys):
 
 
 def test_design_as_json(monkeypatch, capsys):
-    for name, value in {"SAMPLES": 16, "CANDIDATES": 1, "POLISHES": 1, "LONGEST_RUN": 3000.0}.items():
-        monkeypatch.setattr(robust_inputs, name, value)
+    for module, name, value in (
+        (candidates, "SAMPLES", 16),
+        (candidates, "CANDIDATES", 1),
+        (robust_inputs, "POLISHES", 1),
+        (full_runs, "LONGEST_RUN", 3000.0),
+    ):
+        monkeypatch.setattr(module, name, value)
     limits = ["--limit", "drive.frequency=2 Hz..3.2 Hz", "--limit", "drive.pitch=6 deg..16 deg"]
     status, out, err = run(
         monkeypatch, capsys, "design", *SCENARIO, "--speed", "0.45 mm/s", *limits, "--runs", "4", "--json"

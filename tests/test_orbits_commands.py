@@ -29,7 +29,7 @@ from helimag.orbits import (
     slow_flow,
     stability_map,
 )
-from helimag.orbits.slow_flow.averaging import SlowFlow
+from helimag.orbits.slow_flow import SlowFlow, attraction
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
 SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]
@@ -263,7 +263,7 @@ def test_basin_by_runs(run, tmp_path):
 
 
 def test_basin_by_the_averaged_model_says_how_far_to_trust_it(run, monkeypatch, tmp_path):
-    monkeypatch.setattr(orbit_grids, "ENGINE_NODES", 8)
+    monkeypatch.setattr(attraction, "ENGINE_NODES", 8)
     target = tmp_path / "basin.nc"
     words = ["--engine", "averaged", "--box", "40 mm", "--nodes", "4", "--check", "6", "-o", target]
     status, out, _ = run("orbit", "basin", *SCENARIO, *words, "--duration", "1200 s", "--json")
@@ -378,7 +378,7 @@ def test_nothing_slow_where_the_device_is_drawn_in(orbit: hm.Orbit) -> None:
         (["flow", "paper/fig3c", "--box", "1 mm..2 mm"], "three ranges"),
         (["flow", "paper/fig3c", "--box", "1 mm..2 mm, 2 mm..1 mm, 0 mm..1 mm"], "from low to high"),
         (["flow", "paper/fig3c", "-o", "flow.nc", "-o", "flow.txt"], "--output must end in"),
-        (["flow", "paper/fig3c", "--set", "drive.distance=400 mm"], "no orbit that this could be around: lost step"),
+        (["flow", "paper/fig3c", "--set", "drive.distance=1 m"], "no orbit that this could be around: lost step"),
         (["basin", "paper/fig3a", "--engine", "averaged"], "needs a stable orbit"),
         (["basin", "paper/fig3c", "--nodes", "1"], "--nodes must be at least 2; got 1"),
         (["basin", "paper/fig3c", "--engine", "exact"], "engine"),

@@ -7,18 +7,15 @@ import numpy as np
 import pytest
 
 import helimag as hm
+from helimag.design import candidates, design, full_runs, robust_inputs
 from helimag.orbits import (
-    attraction,
     averaged_rates,
     averaging_error,
     basin,
     basin_dataset,
-    design,
-    robust_inputs,
     slow_flow,
 )
-from helimag.orbits.slow_flow.attraction import comes_to
-from helimag.orbits.slow_flow.averaging import SlowFlow
+from helimag.orbits.slow_flow import SlowFlow, attraction, comes_to
 from helimag.outcomes import BasinEnd, End, Verdict
 
 
@@ -80,8 +77,13 @@ def test_basin_by_the_averaged_model_agrees(orbit: hm.Orbit, flow: SlowFlow) -> 
 
 
 def test_design_meets_the_wish_and_its_runs_stay(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in {"SAMPLES": 16, "CANDIDATES": 1, "POLISHES": 1, "LONGEST_RUN": 3000.0}.items():
-        monkeypatch.setattr(robust_inputs, name, value)
+    for module, name, value in (
+        (candidates, "SAMPLES", 16),
+        (candidates, "CANDIDATES", 1),
+        (robust_inputs, "POLISHES", 1),
+        (full_runs, "LONGEST_RUN", 3000.0),
+    ):
+        monkeypatch.setattr(module, name, value)
     scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
     limits = {"drive.frequency": (2.0, 3.2), "drive.pitch": (math.radians(6.0), math.radians(16.0))}
     result = design(scenario, speed=4.5e-4, limits=limits, runs=6)

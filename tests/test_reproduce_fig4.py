@@ -7,12 +7,12 @@ import pytest
 
 from helimag import quantities as q
 from helimag.outcomes import Verdict
-from helimag.reproduce._fig4 import SweptInput, fig4, trends
+from helimag.reproduce._fig4 import Fig4Input, fig4, trends
 from helimag.sweeps import load_sweep
 
 INPUTS = (
-    SweptInput("drive.pitch", q.ANGLE, 8.0, 17.0, 3.0),
-    SweptInput("drive.distance", q.LENGTH, 146.0, 154.0, 4.0),
+    Fig4Input("drive.pitch", q.ANGLE, 8.0, 17.0, 3.0),
+    Fig4Input("drive.distance", q.LENGTH, 146.0, 154.0, 4.0),
 )
 
 

@@ -4,7 +4,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from helimag.cli import checks, compare, orbits, pictures, robot, runs, sweeps, vision
+from helimag.cli import checks, compare, design, orbits, pictures, robot, runs, sweeps, vision
 from helimag.errors import HelimagError, RunError
 
 app = App(
@@ -18,7 +18,7 @@ COMMANDS = (
     runs.simulate,
     sweeps.sweep,
     orbits.app,
-    orbits.design,
+    design.design,
     pictures.plot,
     pictures.reproduce,
     runs.resistance,

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from helimag.orbits import (
         Agreement,
+        AveragingError,
         Basin,
         BoundaryCurve,
         Counterpart,
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
         SlowFlow,
         StabilityMap,
     )
-    from helimag.orbits.slow_flow.averaging import AveragingError
 
     Floats = NDArray[np.float64]
 

@@ -25,9 +25,8 @@ def compare(
     simulated
         A trajectory file, such as "simulate" wrote.
     align
-        How the simulated run is brought to the measured one: "fit" turns it about the vertical, moves it and shifts
-        it in
-        time; "start" moves its start; "none" leaves it.
+        How the simulated run is brought to the measured one: "fit" turns it about the vertical, moves it and shifts it
+        in time; "start" moves its start; "none" leaves it.
     output
         Overlay figure to write: .png, .svg or .pdf.
     """

@@ -8,7 +8,7 @@ from helimag.cli._orbit_reports import files_report, print_files
 from helimag.cli._shared import Json, Outputs, check_outputs, print_json, progress_bar, write_outputs
 
 if TYPE_CHECKING:
-    from helimag.orbits import Along, BoundaryCurve, Case, Comparison
+    from helimag.orbits import Along, BoundaryCurve, OrbitCase, OrbitComparison
     from helimag.sweeps import Nodes, ResolvedAxis
 
 
@@ -54,25 +54,15 @@ def _draw(dataset: Any, curves: "list[BoundaryCurve]") -> Any:
     return draw_sweep(dataset, curves=curves)
 
 
-def _boundary(nodes: "Nodes", result: "Comparison") -> "list[BoundaryCurve]":
+def _boundary(nodes: "Nodes", result: "OrbitComparison") -> "list[BoundaryCurve]":
     """Where stability ends, of a sweep over two numbers; none of any other."""
-    import numpy as np
+    from helimag.orbits import boundary_of, map_of
 
-    from helimag.orbits import StabilityMap, boundary_of
-
-    if len(nodes.axes) != 2 or len(nodes.dimensions) != 2:
-        return []
-    first, second = nodes.axes
-    if any(isinstance(value, str) for value in (*first.values, *second.values)):
-        return []
-    values = np.asarray(first.values, float), np.asarray(second.values, float)
-    if min(v.size for v in values) < 2 or not all(np.all(np.diff(v) > 0.0) for v in values):
+    known = map_of(result, nodes.base, [(axis.field, axis.values) for axis in nodes.axes])
+    if known is None:
         return []
     with progress_bar("following the boundary of stability") as progress:
-        chart = StabilityMap(
-            nodes.base, (first.field, second.field), values, result.growth, result.swing, result.states
-        )
-        return boundary_of(chart, progress=progress)
+        return boundary_of(known, progress=progress)
 
 
 def _inputs(nodes: "Nodes") -> "dict[str, Along]":
@@ -90,8 +80,8 @@ def _shown(axis: "ResolvedAxis", value: float | str) -> str:
     return f"{axis.name} {value:g}" if axis.kind is None else show(value, axis.kind)
 
 
-def _report(nodes: "Nodes", result: "Comparison") -> dict[str, Any]:
-    def case(one: "Case") -> dict[str, Any]:
+def _report(nodes: "Nodes", result: "OrbitComparison") -> dict[str, Any]:
+    def case(one: "OrbitCase") -> dict[str, Any]:
         return {
             "inputs": nodes.values_at(one.node),
             "verdict": str(one.verdict),

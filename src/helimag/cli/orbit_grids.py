@@ -1,6 +1,5 @@
 """Commands about what is around an orbit: the map over two inputs, the slow flow, and the basin of attraction."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
@@ -32,19 +31,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from helimag.orbits import Orbit, SlowFlow
-    from helimag.orbits.slow_flow.averaging import AveragingError
+    from helimag.orbits import Orbit
     from helimag.scenario import Scenario
 
     Floats = NDArray[np.float64]
-    Report = Callable[[float], None]
 
-REACH = 0.36  # of the distance: how far a box goes from the orbit on each side
 STARTS = 9  # a side, of the basin that the flow's picture shows
-OFF = (0.25, 0.6)  # of the way from the orbit to the box's face: where the averaging error is measured from
-COMPARED = 1800.0  # s, of those runs
-MARGIN = 1.5  # the averaged engine's flow reaches this much farther than the basin's box, so that paths may return
-ENGINE_NODES = 15  # of that flow
 DEFAULT_STARTS = {"full": 7, "averaged": 11}  # a side
 
 Box = Annotated[
@@ -94,10 +86,10 @@ def map_(
         raise InputError(f"--vary must name two different inputs; got {spans[0][0]} twice")
     grids = [(path, np.linspace(low, high, nodes)) for path, (low, high) in spans]
     with progress_bar(f"mapping {chosen.name}") as progress:
-        result = orbits.stability_map(
-            chosen, grids[0], grids[1], seeds=_seeds(chosen, spans), progress=_part(progress, 0.0, 0.5)
-        )
-        curves = orbits.boundary_of(result, progress=_part(progress, 0.5, 1.0))
+        watch = orbits.Watch(progress)
+        seeds = orbits.seeds_within(chosen, dict(spans), progress=watch.part(0.0, 0.1))
+        result = orbits.stability_map(chosen, grids[0], grids[1], seeds=seeds, progress=watch.part(0.1, 0.5))
+        curves = orbits.boundary_of(result, progress=watch.part(0.5, 1.0))
     write_outputs(
         output, lambda plots: plots.draw_stability(result, curves), lambda: orbits.map_dataset(result, curves)
     )
@@ -127,23 +119,19 @@ def flow(
     chosen = scenario_from(scenario, changes)
     span = _read_box(box)
     with progress_bar(f"slow flow of {chosen.name}") as progress:
-        orbit = _orbit(chosen)
+        watch = orbits.Watch(progress)
+        orbit = orbits.find_orbit(chosen, progress=watch.part(0.0, 0.05))
         low, high = _corners(span, orbit)
         shape = nodes, nodes, nodes
-        result = orbits.slow_flow(orbit, low=low, high=high, shape=shape, progress=_part(progress, 0.02, 0.6))
-        points = orbits.fixed_points(result)
-        progress(0.62)
-        listed = orbits.list_orbits(chosen, low=list(low), high=list(high))
+        result = orbits.slow_flow(orbit, low=low, high=high, shape=shape, progress=watch.part(0.05, 0.55))
+        points = orbits.fixed_points(result, progress=watch.part(0.55, 0.6))
+        listed = orbits.list_orbits(chosen, low=list(low), high=list(high), progress=watch.part(0.6, 0.85))
         pairs = orbits.counterparts(points, listed, result)
-        progress(0.85)
-        errors = _averaging_errors(result, orbit)
-        progress(0.9)
+        errors = orbits.averaging_errors(result, orbit, progress=watch.part(0.85, 0.9))
         caught = None
         if orbit.stable:
             starts = STARTS, STARTS, STARTS
-            caught = orbits.basin(
-                orbit, low=low, high=high, shape=starts, flow=result, progress=_part(progress, 0.9, 1.0)
-            )
+            caught = orbits.basin(orbit, low=low, high=high, shape=starts, flow=result, progress=watch.part(0.9, 1.0))
     write_outputs(
         output,
         lambda plots: plots.draw_flow(result, orbit, caught, fixed_points=points),
@@ -193,27 +181,19 @@ def basin(
     span = _read_box(box)
     shape = starts, starts, starts
     with progress_bar(f"basin of {chosen.name}") as progress:
-        orbit = _orbit(chosen)
+        watch = orbits.Watch(progress)
+        orbit = orbits.find_orbit(chosen, progress=watch.part(0.0, 0.1))
         low, high = _corners(span, orbit)
         compared = None
-        if not orbit.stable:
-            raise InputError(f"a basin needs a stable orbit; this one is not: {orbit.text}")
         if engine == "full":
             caught = orbits.basin(
-                orbit, low=low, high=high, shape=shape, duration=lasting, progress=_part(progress, 0.02, 1.0)
+                orbit, low=low, high=high, shape=shape, duration=lasting, progress=watch.part(0.1, 1.0)
             )
         else:
-            wide = _engine(orbit, low, high, _part(progress, 0.02, 0.5))
-            caught = orbits.basin(
-                orbit,
-                low=low,
-                high=high,
-                shape=shape,
-                duration=lasting,
-                flow=wide,
-                progress=_part(progress, 0.5, 0.65),
+            caught = orbits.basin_by_flow(
+                orbit, low=low, high=high, shape=shape, duration=lasting, progress=watch.part(0.1, 0.65)
             )
-            compared = orbits.agreement(caught, starts=check, progress=_part(progress, 0.65, 1.0))
+            compared = orbits.agreement(caught, starts=check, progress=watch.part(0.65, 1.0))
     write_outputs(output, lambda plots: plots.draw_basin(caught), lambda: orbits.basin_dataset(caught, compared))
     print_basin(caught, compared, (low, high), output, json)
 
@@ -223,26 +203,12 @@ def _at_least(option: str, given: int, least: int) -> None:
         raise InputError(f"{option} must be at least {least}; got {given}")
 
 
-def _part(progress: "Report", begin: float, end: float) -> "Report":
-    """Progress of a part of the work, as a share of all of it."""
-    return lambda done: progress(begin + (end - begin) * done)
-
-
 def _span(scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:
     """One --vary as path and range, both ends of which the scenario can have."""
     path, (low, high) = input_range("--vary", scenario, text)
     if not low < high:
         raise InputError(f"--vary must have a range from low to high; got {text!r}")
     return path, (low, high)
-
-
-def _seeds(scenario: "Scenario", spans: list[tuple[str, tuple[float, float]]]) -> "list[Orbit]":
-    """The scenario's own orbit, where its inputs are on the map."""
-    from helimag import orbits
-    from helimag.scenario import Input
-
-    inside = all(Input(path).within(scenario, low, high) for path, (low, high) in spans)
-    return [orbits.find_orbit(scenario, thorough=False)] if inside else []
 
 
 def _duration(text: str | None) -> float | None:
@@ -281,40 +247,7 @@ def _read_box(text: str | None) -> "float | tuple[Floats, Floats] | None":
 
 
 def _corners(span: "float | tuple[Floats, Floats] | None", orbit: "Orbit") -> "tuple[Floats, Floats]":
-    if isinstance(span, tuple):
-        return span
-    reach = REACH * orbit.scenario.drive.distance if span is None else span
-    return orbit.position - reach, orbit.position + reach
+    from helimag.orbits import box_around
 
-
-def _orbit(scenario: "Scenario") -> "Orbit":
-    from helimag import orbits
-
-    found = orbits.find_orbit(scenario)
-    if not found.found:
-        raise InputError(f"{scenario.name} has no orbit that this could be around: {found.text}")
-    return found
-
-
-def _engine(orbit: "Orbit", low: "Floats", high: "Floats", progress: "Report") -> "SlowFlow":
-    from helimag import orbits
-
-    middle, half = (low + high) / 2.0, MARGIN * (high - low) / 2.0
-    shape = ENGINE_NODES, ENGINE_NODES, ENGINE_NODES
-    return orbits.slow_flow(orbit, low=middle - half, high=middle + half, shape=shape, progress=progress)
-
-
-def _averaging_errors(flow: "SlowFlow", orbit: "Orbit") -> "list[tuple[float, AveragingError]]":
-    """Averaged model beside full runs from nodes of the grid off the orbit along x, and how far off (m) those are."""
-    import numpy as np
-
-    from helimag import orbits
-
-    errors = []
-    for share in OFF:
-        place = orbit.position + share * np.array([flow.axes[0][-1] - orbit.position[0], 0.0, 0.0])
-        node = np.array([axis[np.argmin(np.abs(axis - x))] for axis, x in zip(flow.axes, place, strict=True)])
-        if np.isfinite(flow.at(node[None])).all():
-            off = float(np.linalg.norm(node - orbit.position))
-            errors.append((off, orbits.averaging_error(flow, node, COMPARED)))
-    return errors
+    around = box_around(orbit, reach=None if isinstance(span, tuple) else span)
+    return span if isinstance(span, tuple) else around

@@ -12,7 +12,7 @@ from helimag.cli._shared import Json, check_target, print_json, print_warnings, 
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.sweeps import Progress
+    from helimag.sweeps import SweepProgress
 
 
 def sweep(
@@ -85,8 +85,9 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
     print_warnings(warnings)
     lines = [f"{output}: " + ", ".join(f"{count} {name}" for name, count in counts.items())]
     report: dict[str, Any] = {"store": str(output), "runs": int(dataset["verdict"].size), "counts": counts}
-    if "[boundary]" in dataset.attrs["plan"]:
-        line = sweeps.boundary_line(dataset, sweeps.parse_plan(dataset.attrs["plan"]).boundary.verdict)  # type: ignore[union-attr]
+    boundary = sweeps.parse_plan(dataset.attrs["plan"]).boundary
+    if boundary is not None:
+        line = sweeps.boundary_line(dataset, boundary.verdict)
         report["boundary"] = {
             "axes": list(line.names),
             "points": len(line.points),
@@ -151,7 +152,7 @@ def _clock(seconds: float) -> str:
 
 
 @contextmanager
-def sweep_progress(what: str) -> Iterator[Callable[["Progress"], None]]:
+def sweep_progress(what: str) -> Iterator[Callable[["SweepProgress"], None]]:
     """A bar on stderr with rate, estimate and counts by verdict, which appears when the work has taken a second."""
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
@@ -161,7 +162,7 @@ def sweep_progress(what: str) -> Iterator[Callable[["Progress"], None]]:
     bar = Bar(TextColumn(what), BarColumn(), TextColumn(form), console=Console(stderr=True), transient=True)
     task = bar.add_task(what, total=1.0, rate="", counts="")
 
-    def report(progress: "Progress") -> None:
+    def report(progress: "SweepProgress") -> None:
         rate = progress.rate
         left = _clock((progress.total - progress.worked) / rate) if rate > 0.0 else "?"
         counts = ", ".join(f"{count} {name}" for name, count in progress.counts.most_common())

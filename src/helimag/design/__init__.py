@@ -1,5 +1,6 @@
 """Design: inputs for a wanted motion that forgive errors."""
 
-from helimag.design.robust_inputs import Design, design
+from helimag.design.result import Design
+from helimag.design.robust_inputs import design
 
 __all__ = ["Design", "design"]

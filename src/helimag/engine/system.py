@@ -47,7 +47,8 @@ class Medium:
         (``here``). It is asked once a step, at the step's start: for what changes little while the magnet turns through
         some twenty degrees and costs too much to ask at every stage.
     pack
-        ``pack(scenarios, device)``: an array of surroundings, one a scenario, on the device.
+        ``pack(scenarios, device)``: an array of surroundings, one a scenario, on the device; those of a scenario that
+        is in another medium are never looked at.
     """
 
     response: wp.Function = open_water

@@ -1,15 +1,33 @@
 """Orbits: what a run repeats turn by turn in the frame of the drive, whether it attracts, and where that ends."""
 
-from helimag.orbits.beside_runs.against import Case, Comparison, compare_with_orbits
-from helimag.orbits.beside_runs.growth import ObservedGrowth, observed_growth
-from helimag.orbits.beside_runs.outlook import Outlook, explain
-from helimag.orbits.curves.boundary import BoundaryCurve, boundary_of
-from helimag.orbits.curves.branch import Branch, Change, Event, Point
-from helimag.orbits.curves.continuation import follow
-from helimag.orbits.curves.crossings import CODIMENSION_TWO
-from helimag.orbits.curves.intervals import Interval, stable_interval, stable_segments
-from helimag.orbits.curves.mapping import StabilityMap, stability_map
-from helimag.orbits.curves.survey import survey
+from helimag.orbits.beside_runs import (
+    ObservedGrowth,
+    OrbitCase,
+    OrbitComparison,
+    Outlook,
+    compare_with_orbits,
+    explain,
+    map_of,
+    observed_growth,
+)
+from helimag.orbits.curves import (
+    CODIMENSION_TWO,
+    BoundaryCurve,
+    Branch,
+    Change,
+    Event,
+    Point,
+    StabilityMap,
+    StableInterval,
+    all_branches,
+    boundary_of,
+    follow,
+    seeds_within,
+    stability_map,
+    stable_interval,
+    stable_segments,
+    survey,
+)
 from helimag.orbits.datasets import (
     Along,
     basin_dataset,
@@ -19,44 +37,67 @@ from helimag.orbits.datasets import (
     map_dataset,
     save_dataset,
 )
-from helimag.orbits.slow_flow.attraction import Agreement, Basin, agreement, basin
-from helimag.orbits.slow_flow.averaging import SlowFlow, averaged_paths, averaged_rates, averaging_error, slow_flow
-from helimag.orbits.slow_flow.fixed_points import Counterpart, FixedPoint, counterparts, fixed_points
-from helimag.orbits.strobe.find import find_orbit, find_orbits, list_orbits
-from helimag.orbits.strobe.orbit import Orbit
+from helimag.orbits.slow_flow import (
+    Agreement,
+    AveragingError,
+    Basin,
+    Counterpart,
+    FixedPoint,
+    SlowFlow,
+    agreement,
+    averaged_paths,
+    averaged_rates,
+    averaging_error,
+    averaging_errors,
+    basin,
+    basin_by_flow,
+    box_around,
+    counterparts,
+    fixed_points,
+    slow_flow,
+)
+from helimag.orbits.strobe import Floats, Orbit, Watch, chart, find_orbit, find_orbits, list_orbits
 from helimag.outcomes import Future, OrbitStatus, Why
 
 __all__ = [
     "CODIMENSION_TWO",
     "Agreement",
     "Along",
+    "AveragingError",
     "Basin",
     "BoundaryCurve",
     "Branch",
-    "Case",
     "Change",
-    "Comparison",
     "Counterpart",
     "Event",
     "FixedPoint",
+    "Floats",
     "Future",
-    "Interval",
     "ObservedGrowth",
     "Orbit",
+    "OrbitCase",
+    "OrbitComparison",
     "OrbitStatus",
     "Outlook",
     "Point",
     "SlowFlow",
     "StabilityMap",
+    "StableInterval",
+    "Watch",
     "Why",
     "agreement",
+    "all_branches",
     "averaged_paths",
     "averaged_rates",
     "averaging_error",
+    "averaging_errors",
     "basin",
+    "basin_by_flow",
     "basin_dataset",
     "boundary_of",
+    "box_around",
     "branches_dataset",
+    "chart",
     "compare_with_orbits",
     "comparison_dataset",
     "counterparts",
@@ -68,8 +109,10 @@ __all__ = [
     "follow",
     "list_orbits",
     "map_dataset",
+    "map_of",
     "observed_growth",
     "save_dataset",
+    "seeds_within",
     "slow_flow",
     "stability_map",
     "stable_interval",

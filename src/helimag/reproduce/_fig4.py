@@ -19,7 +19,7 @@ from helimag.errors import FileError
 from helimag.files import replacing
 from helimag.outcomes import Verdict
 from helimag.scenario import Input
-from helimag.sweeps import Axis, Plan, Progress, sweep
+from helimag.sweeps import Axis, Plan, SweepProgress, sweep
 
 if TYPE_CHECKING:
     import xarray
@@ -30,7 +30,7 @@ FINE_RUNS = 81
 
 
 @dataclass(frozen=True)
-class SweptInput:
+class Fig4Input:
     """One of the three inputs: its field, kind, and the wide pass in the unit that it is shown in."""
 
     field: str
@@ -46,9 +46,9 @@ class SweptInput:
 
 
 INPUTS = (
-    SweptInput("drive.pitch", q.ANGLE, 0.0, 24.0, 1.0),
-    SweptInput("drive.distance", q.LENGTH, 130.0, 170.0, 2.0),
-    SweptInput("drive.yaw_rate", q.ANGULAR_RATE, 0.2, 2.0, 0.1),
+    Fig4Input("drive.pitch", q.ANGLE, 0.0, 24.0, 1.0),
+    Fig4Input("drive.distance", q.LENGTH, 130.0, 170.0, 2.0),
+    Fig4Input("drive.yaw_rate", q.ANGULAR_RATE, 0.2, 2.0, 0.1),
 )
 
 
@@ -57,7 +57,7 @@ class Panel:
     """The two passes over one input at one frequency, what the others were, and what came of it (SI)."""
 
     frequency: float
-    input: SweptInput
+    input: Fig4Input
     others: Mapping[str, float]
     wide: "xarray.Dataset"
     fine: "xarray.Dataset"
@@ -114,7 +114,7 @@ def characterize(
     folder: Path,
     *,
     frequencies: Sequence[float] = FREQUENCIES,
-    inputs: Sequence[SweptInput] = INPUTS,
+    inputs: Sequence[Fig4Input] = INPUTS,
     fine_runs: int = FINE_RUNS,
     duration: str = "1800 s",
     progress: Callable[[float], None] | None = None,
@@ -137,7 +137,7 @@ def characterize(
     total = len(frequencies) * sum(fine_runs + round((each.stop - each.start) / each.step) + 1 for each in inputs)
     done = 0
 
-    def report(state: Progress) -> None:
+    def report(state: SweepProgress) -> None:
         if progress is not None:
             progress((done + state.worked) / total)
 
@@ -164,7 +164,7 @@ def _pass(
     axis: Axis,
     resolution: str,
     duration: str,
-    progress: Callable[[Progress], None],
+    progress: Callable[[SweepProgress], None],
 ) -> "xarray.Dataset":
     """One sweep over one input."""
     name = f"{frequency:g}Hz-{axis.field.removeprefix('drive.')}-{resolution}"
@@ -178,11 +178,11 @@ def _pass(
     return sweep(plan, out=folder / f"{name}.zarr", progress=progress).load()
 
 
-def _texts(each: SweptInput, **values: float) -> dict[str, str]:
+def _texts(each: Fig4Input, **values: float) -> dict[str, str]:
     return {name: f"{value:.12g} {each.kind.shown}" for name, value in values.items()}
 
 
-def _around(each: SweptInput, wide: "xarray.Dataset") -> tuple[float, float]:
+def _around(each: Fig4Input, wide: "xarray.Dataset") -> tuple[float, float]:
     """The bounded set and a step to each side, or two about the least gain where nothing is bounded (shown unit)."""
     values = wide[each.name].values / q.parse(f"1 {each.kind.shown}", each.kind)
     inside = values[wide["verdict"].values == Verdict.BOUNDED]
@@ -197,7 +197,7 @@ def fig4(
     folder: str | Path,
     *,
     frequencies: Sequence[float] = FREQUENCIES,
-    inputs: Sequence[SweptInput] = INPUTS,
+    inputs: Sequence[Fig4Input] = INPUTS,
     fine_runs: int = FINE_RUNS,
     duration: str = "1800 s",
     progress: Callable[[float], None] | None = None,

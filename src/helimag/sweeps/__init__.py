@@ -5,7 +5,7 @@ from helimag.sweeps.export import axis_names, counts, export, load_sweep
 from helimag.sweeps.nodes import Nodes, nodes_of
 from helimag.sweeps.plan import Axis, Boundary, Plan, Sampling, load_plan, parse_plan
 from helimag.sweeps.resolved import ResolvedAxis, ResolvedPlan, resolve
-from helimag.sweeps.run import Progress, sweep
+from helimag.sweeps.run import SweepProgress, sweep
 from helimag.sweeps.trial import Estimate, estimate
 
 __all__ = [
@@ -15,10 +15,10 @@ __all__ = [
     "Estimate",
     "Nodes",
     "Plan",
-    "Progress",
     "ResolvedAxis",
     "ResolvedPlan",
     "Sampling",
+    "SweepProgress",
     "axis_names",
     "boundary_line",
     "counts",

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Progress:
+class SweepProgress:
     """How a sweep stands: runs in all, runs in the store, the same with what is under way, and counts by verdict."""
 
     total: int
@@ -46,7 +46,7 @@ def sweep(
     out: str | Path,
     scheduler: str | None = None,
     threads: int | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[SweepProgress], None] | None = None,
 ) -> "xarray.Dataset":
     """Run a plan into a store, or go on with it where the store is there already.
 
@@ -80,7 +80,7 @@ def sweep(
     place = Path(out)
     times = sample_times(design)
     with Store.opened(place, design) as store:
-        state = Progress(total=design.size)
+        state = SweepProgress(total=design.size)
         for chunk in sorted(store.done):
             _count(state, np.asarray(store.read(chunk, "verdict")))
         state.found, state.worked = state.done, state.done
@@ -99,8 +99,8 @@ def _run(
     columns: dict[int, Rows],
     store: Store,
     times: NDArray[np.float64] | None,
-    state: Progress,
-    progress: Callable[[Progress], None] | None,
+    state: SweepProgress,
+    progress: Callable[[SweepProgress], None] | None,
 ) -> None:
     """Compute jobs, commit each as it comes, and report."""
     begun = time.monotonic() - state.seconds
@@ -118,7 +118,7 @@ def _run(
         report(0.0)
 
 
-def _count(state: Progress, verdicts: NDArray[np.generic]) -> None:
+def _count(state: SweepProgress, verdicts: NDArray[np.generic]) -> None:
     known = verdicts[verdicts != Verdict.NOT_COMPUTED]
     state.done += known.size
     state.counts.update(str(Verdict.of(flag)) for flag in known)

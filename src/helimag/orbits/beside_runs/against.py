@@ -5,7 +5,7 @@ other, every node where they differ is run on, and beside its orbit, and named.
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from helimag.engine import History, advance
 from helimag.errors import InputError
 from helimag.orbits.beside_runs.closed_curve import swinging
-from helimag.orbits.curves.spreading import Node, Spread
-from helimag.orbits.strobe.problem import Floats, require_periodic
-from helimag.orbits.strobe.starts import open_water, strobed
+from helimag.orbits.curves import Node, Spread, StabilityMap
+from helimag.orbits.strobe import Floats, Watch, open_water, require_periodic, strobed
 from helimag.outcomes import End, Verdict, Why
 from helimag.scenario import Scenario
 
@@ -27,7 +26,7 @@ MORE_SEEDS = 8  # nodes whose run stays though no stable orbit is known there, f
 
 
 @dataclass(frozen=True)
-class Case:
+class OrbitCase:
     """A node where run and orbit differ, or where the run is undecided; ``later`` is the verdict on the longer run."""
 
     node: Node
@@ -48,7 +47,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class OrbitComparison:
     """Runs of a grid against its orbits. Arrays of the grid's shape.
 
     Attributes
@@ -73,7 +72,7 @@ class Comparison:
     states: Floats
     away: NDArray[np.bool_]
     beside: NDArray[np.bool_]
-    cases: list[Case] = field(default_factory=list)
+    cases: list[OrbitCase] = field(default_factory=list)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -133,7 +132,7 @@ def compare_with_orbits(
     verdicts: NDArray[np.str_],
     *,
     progress: Callable[[float], None] | None = None,
-) -> Comparison:
+) -> OrbitComparison:
     """Find the orbits of a grid of inputs, and set the verdicts of its runs beside them.
 
     Parameters
@@ -143,32 +142,61 @@ def compare_with_orbits(
     verdicts
         Of the runs, text, of the grid's shape; empty where there is none.
     progress
-        Called with the fraction done.
+        Called with a rough fraction done, some times a second. What it raises stops the search.
 
     Raises
     ------
     InputError
         Where no node has a scenario, or a drive has no frame in which it repeats.
     """
-    report = progress or (lambda _: None)
+    watch = Watch(progress)
     scenarios = {node: s for node in np.ndindex(verdicts.shape) if (s := scenario_at(node)) is not None}
     if not scenarios:
         raise InputError("the grid must have a node with a scenario; got none")
     for scenario in scenarios.values():
         require_periodic(scenario)
     length = next(iter(scenarios.values())).drive.distance
-    found = _orbits(scenarios.get, verdicts, length, lambda done: report(0.3 * done))
+    found = _orbits(scenarios.get, verdicts, length, watch.part(0.0, 0.3))
     stable = found.stable
     inside = np.isin(verdicts, [verdict for verdict in Verdict if verdict.inside])
     nodes = {node: scenario for node, scenario in scenarios.items() if verdicts[node]}
     beside = np.zeros(verdicts.shape, dtype=bool)
     held = {node: scenario for node, scenario in nodes.items() if stable[node]}
-    for node, stays in _stay_beside(held, found, lambda done: report(0.3 + 0.3 * done)).items():
+    for node, stays in _stay_beside(held, found, watch.part(0.3, 0.6)).items():
         beside[node] = stays
     drifting = verdicts == str(Verdict.DRIFTING)
     listed = {node: s for node, s in nodes.items() if drifting[node] or inside[node] != stable[node]}
-    cases = _cases(listed, verdicts, found, beside, lambda done: report(0.6 + 0.4 * done))
-    return Comparison(verdicts, found.growth, found.swing, found.states, away_from_boundary(stable), beside, cases)
+    cases = _cases(listed, verdicts, found, beside, watch.part(0.6, 1.0))
+    watch(1.0)
+    return OrbitComparison(verdicts, found.growth, found.swing, found.states, away_from_boundary(stable), beside, cases)
+
+
+def map_of(
+    result: OrbitComparison, scenario: Scenario, inputs: Sequence[tuple[str, Sequence[float | str]]]
+) -> StabilityMap | None:
+    """The orbits of a comparison as a stability map, whose boundary can be followed.
+
+    Parameters
+    ----------
+    scenario
+        What the runs have in common.
+    inputs
+        Path and values (SI, or text) of each input that the grid runs along.
+
+    Returns
+    -------
+    StabilityMap or None
+        None where the grid does not run along two numbers, two increasing values of each at least.
+    """
+    if len(inputs) != 2 or result.verdicts.ndim != 2:
+        return None
+    if any(isinstance(value, str) for _, values in inputs for value in values):
+        return None
+    first, second = (np.asarray(values, float) for _, values in inputs)
+    if min(first.size, second.size) < 2 or not all(np.all(np.diff(values) > 0.0) for values in (first, second)):
+        return None
+    paths = inputs[0][0], inputs[1][0]
+    return StabilityMap(scenario, paths, (first, second), result.growth, result.swing, result.states)
 
 
 def away_from_boundary(stable: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -182,30 +210,29 @@ def _orbits(
     scenario_at: Callable[[Node], Scenario | None],
     verdicts: NDArray[np.str_],
     length: float,
-    report: Callable[[float], None],
+    watch: Watch,
 ) -> Spread:
     """Orbits spread from runs all over the grid, and from runs that stay where none is known yet."""
     found = Spread(scenario_at, verdicts.shape, length=length)
-    found.seek_all_over()
-    found.spread(report)
+    found.seek_all_over(watch.part(0.0, 0.4))
+    found.spread(watch.part(0.4, 0.8))
     sought = np.zeros(verdicts.shape, dtype=bool)
-    for _ in range(MORE_SEEDS):
+    for count in range(MORE_SEEDS):
         missing = np.argwhere((verdicts == str(Verdict.BOUNDED)) & ~found.stable & ~sought)
         if len(missing) == 0:
             break
         node = tuple(missing[len(missing) // 2].tolist())
         sought[node] = True
-        found.seek(node)
-        found.spread(report)
+        part = watch.part(0.8, 1.0).turn(count, MORE_SEEDS)
+        found.seek(node, part.part(0.0, 0.5))
+        found.spread(part.part(0.5, 1.0))
     return found
 
 
-def _stay_beside(
-    scenarios: Mapping[Node, Scenario], found: Spread, report: Callable[[float], None]
-) -> dict[Node, bool]:
+def _stay_beside(scenarios: Mapping[Node, Scenario], found: Spread, watch: Watch) -> dict[Node, bool]:
     """Whether runs that start beside their stable orbits stay for their scenario's duration."""
     starts = np.array([found.states[node] + BESIDE * np.eye(7)[0] for node in scenarios])
-    return {node: _stays(_verdict(run)) for node, run in _run(scenarios, starts, report).items()}
+    return {node: _stays(_verdict(run)) for node, run in _run(scenarios, starts, watch).items()}
 
 
 def _cases(
@@ -213,34 +240,33 @@ def _cases(
     verdicts: NDArray[np.str_],
     found: Spread,
     beside: NDArray[np.bool_],
-    report: Callable[[float], None],
-) -> list[Case]:
+    watch: Watch,
+) -> list[OrbitCase]:
     longer = {
         node: scenario.replaced({"run.duration": max(LONG, scenario.run.duration), "run.interval": None})
         for node, scenario in scenarios.items()
     }
     result = []
-    for node, history in _run(longer, None, report).items():
+    naming = watch.part(0.6, 1.0)
+    for count, (node, history) in enumerate(_run(longer, None, watch.part(0.0, 0.6)).items()):
         verdict, stable, later = Verdict.of(verdicts[node]), bool(found.stable[node]), _verdict(history)
         why = _why(verdict, stable, _stays(later), bool(beside[node]))
         note = ""
         if why is Why.OTHER:
-            (run,) = strobed(history.scenario, LONG, samples=SAMPLES)
+            (run,) = strobed(history.scenario, LONG, samples=SAMPLES, progress=naming.turn(count, len(longer)))
             note = swinging(run.times, run.states[:, 2]).text
-        result.append(Case(node, verdict, stable, later, float(history.time[-1]), why, note))
+        result.append(OrbitCase(node, verdict, stable, later, float(history.time[-1]), why, note))
     return result
 
 
-def _run(
-    scenarios: Mapping[Node, Scenario], starts: Floats | None, report: Callable[[float], None]
-) -> dict[Node, History]:
+def _run(scenarios: Mapping[Node, Scenario], starts: Floats | None, watch: Watch) -> dict[Node, History]:
     """Runs in open water from starts (n, 7), by default the scenarios' own; a batch for each model of the field."""
     nodes = list(scenarios)
     result: dict[Node, History] = {}
     for model in sorted({scenario.magnet[0].field for scenario in scenarios.values()}):
         part = [k for k, scenario in enumerate(scenarios.values()) if scenario.magnet[0].field == model]
         batch = [open_water(scenarios[nodes[k]]) for k in part]
-        histories = advance(batch, initial_states=None if starts is None else starts[part], progress=report)
+        histories = advance(batch, initial_states=None if starts is None else starts[part], progress=watch)
         result |= {nodes[k]: history for k, history in zip(part, histories, strict=True)}
     return {node: result[node] for node in nodes}
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from helimag.orbits.strobe.problem import Floats
+from helimag.orbits.strobe import Floats
 
 REGULAR = 1e-3  # of the heights' standard deviation: two halves of a swing that agree this well are one closed curve
 FEWEST_SWINGS = 8  # in each half, to tell

@@ -10,10 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from helimag.errors import InputError
-from helimag.orbits.strobe import chart
-from helimag.orbits.strobe.orbit import Orbit
-from helimag.orbits.strobe.problem import Floats
-from helimag.orbits.strobe.starts import strobed
+from helimag.orbits.strobe import Floats, Orbit, chart, strobed
 
 DISPLACEMENT = 3e-4  # of the distance, and radians
 TOLERANCE = 1e-10  # of a step: the runs' own error must stay far below the displacement

@@ -7,12 +7,20 @@ import numpy as np
 
 from helimag.errors import InputError
 from helimag.orbits.beside_runs.closed_curve import swinging
-from helimag.orbits.slow_flow.attraction import comes_to
-from helimag.orbits.strobe import chart
-from helimag.orbits.strobe.find import find_orbit
-from helimag.orbits.strobe.orbit import Orbit, describe_rates
-from helimag.orbits.strobe.problem import Floats, Problem, require_periodic
-from helimag.orbits.strobe.starts import open_water, strobed, to_moving
+from helimag.orbits.slow_flow import comes_to
+from helimag.orbits.strobe import (
+    Floats,
+    Orbit,
+    Problem,
+    Watch,
+    chart,
+    describe_rates,
+    find_orbit,
+    open_water,
+    require_periodic,
+    strobed,
+    to_moving,
+)
 from helimag.outcomes import End, Future
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario, parse
@@ -44,7 +52,7 @@ def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None 
     trajectory
         A simulated run; it knows its scenario.
     progress
-        Called with the fraction done of taking the run on.
+        Called with a rough fraction done, some times a second. What it raises stops the search.
 
     Raises
     ------
@@ -60,18 +68,20 @@ def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None 
         require_periodic(scenario)
     except InputError as error:
         return Outlook(Future.UNKNOWN, Future.UNKNOWN.text(problem=error))
+    watch = Watch(progress)
     time = float(trajectory.dataset["time"].values[-1])
     state = _at_whole_turn(scenario, time, trajectory.final_state)
-    orbit = find_orbit(scenario, near=state)
+    orbit = find_orbit(scenario, near=state, progress=watch.part(0.0, 0.05))
     begin = f"inside for {time:.0f} s" if time >= 1.0 else f"inside for {time:.2g} s"
     needed = float(trajectory.dataset.attrs["steps"]) - trajectory.dataset.sizes["time"]  # less those cut by samples
     longest = min(LONGEST, MOST_STEPS * time / max(1.0, needed))
     longer = min(longest, max(SHORTEST, -1.0 / orbit.growth)) if orbit.stable else longest
-    (later,) = strobed(scenario, longer, samples=SAMPLES, states=state[None], progress=progress)
+    (later,) = strobed(scenario, longer, samples=SAMPLES, states=state[None], progress=watch.part(0.05, 0.95))
     if later.status is not End.HORIZON:
+        watch(1.0)
         found, how = _what_there_is(orbit), later.status.text()
         return Outlook(Future.LEAVES, Future.LEAVES.text(begin=begin, found=found, end=how, longer=later.end), orbit)
-    reached = find_orbit(scenario, near=later.states[-1])
+    reached = find_orbit(scenario, near=later.states[-1], progress=watch.part(0.95, 1.0))
     if reached.stable and comes_to(reached, later.states[:, :3]):
         future = Future.ON_ORBIT if _away(reached, state) < ON_ORBIT else Future.COMING
         text = future.text(begin=begin, place=_place(reached), rates=describe_rates(reached.rates))

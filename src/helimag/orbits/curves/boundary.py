@@ -1,6 +1,6 @@
 """Where stability ends over two inputs, as curves: folds, Neimark-Sacker points and period doublings followed exactly.
 
-The curves' method is in ``_tracing``; here are their beginnings, found from a map of stability.
+The curves' method is in :mod:`helimag.orbits.curves.tracing`; here are their beginnings, from a map of stability.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,10 +13,7 @@ from helimag.orbits.curves.continuation import follow
 from helimag.orbits.curves.crossings import DOUBLE_ONE, FOLD_WITH_SWING, UNNAMED, Crossing, OneReal, Pair
 from helimag.orbits.curves.mapping import StabilityMap
 from helimag.orbits.curves.tracing import FAILED, Family, Node, Place, Trace, advanced, on_curve, trace
-from helimag.orbits.strobe import chart
-from helimag.orbits.strobe.find import classify, find_orbit
-from helimag.orbits.strobe.newton import Solved
-from helimag.orbits.strobe.problem import Floats, Problem
+from helimag.orbits.strobe import Floats, Problem, Solved, Watch, chart, classify, find_orbit
 from helimag.outcomes import OrbitStatus
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input, varied
@@ -68,7 +65,7 @@ def boundary_of(result: StabilityMap, *, progress: Callable[[float], None] | Non
         A map, coarse or fine: it gives the ranges, and a beginning of each curve between two neighbours of which one
         has a stable orbit and the other has not.
     progress
-        Called with the fraction of such pairs dealt with.
+        Called with the fraction of such pairs dealt with, some times a second. What it raises stops the search.
 
     Returns
     -------
@@ -80,25 +77,26 @@ def boundary_of(result: StabilityMap, *, progress: Callable[[float], None] | Non
     -----
     A curve that passes between no two nodes, and ends at none that does, is not seen.
     """
-    family = _Orbits(result)
+    watch = Watch(progress)
+    family = _Orbits(result, watch)
     curves: list[BoundaryCurve] = []
     traces: list[tuple[Change, Trace]] = []
     edges = list(_edges(result))
-    for done, (node, axis, sense) in enumerate(edges):
+    for count, (node, axis, sense) in enumerate(edges):
         if not any(_divides(family, traced, node, axis, sense) for _, traced in traces):
-            event = _event(result, node, axis, sense)
+            event = _event(result, node, axis, sense, watch.turn(count, len(edges)))
             if event is not None:
                 _follow(family, event, traces, curves)
-        if progress is not None:
-            progress((done + 1) / len(edges))
+        watch((count + 1) / len(edges))
+    watch(1.0)
     return curves
 
 
 class _Orbits:
     """One-period maps over both inputs of a stability map, as :mod:`helimag.orbits.curves.tracing` takes them."""
 
-    def __init__(self, result: StabilityMap) -> None:
-        self.result = result
+    def __init__(self, result: StabilityMap, watch: Watch) -> None:
+        self.result, self._watch = result, watch
         self.inputs = Input(result.paths[0]), Input(result.paths[1])
         self.low = np.array([values[0] for values in result.values])
         self.span = np.array([values[-1] - values[0] for values in result.values])
@@ -142,7 +140,8 @@ class _Orbits:
     def _problem(self, shares: Floats) -> Problem:
         """Packed once for the calls that want the same drives in turn."""
         if self._packed is None or self._packed[0] != shares.tobytes():
-            self._packed = shares.tobytes(), Problem([self.scenario_at(each) for each in shares])
+            scenarios = [self.scenario_at(each) for each in shares]
+            self._packed = shares.tobytes(), Problem(scenarios, watch=self._watch)
         return self._packed[1]
 
 
@@ -178,15 +177,15 @@ def _alike(family: _Orbits, place: Place, state: Floats) -> bool:
     return bool(np.linalg.norm(away) < SAME_ORBIT)
 
 
-def _event(result: StabilityMap, node: tuple[int, int], axis: int, sense: int) -> Event | None:
+def _event(result: StabilityMap, node: tuple[int, int], axis: int, sense: int, watch: Watch) -> Event | None:
     """The change of stability met first from a stable node along one input."""
-    orbit = find_orbit(result.scenario_at(*node), near=result.states[node])
+    orbit = find_orbit(result.scenario_at(*node), near=result.states[node], progress=watch.part(0.0, 0.1))
     if not orbit.stable:
         return None
     values = result.values[axis]
     far = int(np.clip(node[axis] + sense * max(8, values.size // 4), 0, values.size - 1))
     low, high = sorted((float(values[node[axis]]), float(values[far])))
-    branch = follow(orbit, result.paths[axis], low, high, while_stable=True)
+    branch = follow(orbit, result.paths[axis], low, high, while_stable=True, progress=watch.part(0.1, 0.9))
     end = branch.ends[1 if sense > 0 else 0]
     return next((event for event in branch.events if event.kind == end), None)
 

@@ -8,8 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from helimag.orbits.strobe.orbit import Orbit
-from helimag.orbits.strobe.problem import Floats
+from helimag.orbits.strobe import Floats, Orbit
 from helimag.scenario.inputs import Input
 
 

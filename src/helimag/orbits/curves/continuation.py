@@ -10,11 +10,7 @@ import numpy as np
 
 from helimag.errors import InputError
 from helimag.orbits.curves.branch import Branch, Change, Event, Point
-from helimag.orbits.strobe import chart
-from helimag.orbits.strobe.find import classify, orbits_of
-from helimag.orbits.strobe.newton import Solved
-from helimag.orbits.strobe.orbit import Orbit
-from helimag.orbits.strobe.problem import Floats, Measured, Problem
+from helimag.orbits.strobe import Floats, Measured, Orbit, Problem, Solved, Watch, chart, classify, orbits_of
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input
 
@@ -32,8 +28,9 @@ SLOPE_STRIDE = 1e-5  # of the input's range, for the map's derivative with respe
 class _Curve:
     """The equations ``map(x; p) = x`` with the input p as a seventh unknown, over its range."""
 
-    def __init__(self, scenario: Scenario, given: Input, low: float, high: float) -> None:
+    def __init__(self, scenario: Scenario, given: Input, low: float, high: float, watch: Watch) -> None:
         self.scenario, self.given, self.low, self.span = scenario, given, low, high - low
+        self.watch = watch
         self.length = np.array([scenario.drive.distance])
 
     def scenario_at(self, share: float) -> Scenario:
@@ -41,7 +38,8 @@ class _Curve:
 
     def evaluate(self, state: Floats, share: float) -> tuple[Problem, Floats, Floats, Floats, Measured]:
         """Problem, residual (6,), its Jacobian (6, 6), its slope over the input (6,), and measures."""
-        problem = Problem([self.scenario_at(share + by) for by in (0.0, SLOPE_STRIDE, -SLOPE_STRIDE)])
+        scenarios = [self.scenario_at(share + by) for by in (0.0, SLOPE_STRIDE, -SLOPE_STRIDE)]
+        problem = Problem(scenarios, watch=self.watch)
         problem.length[:] = self.length
         one = np.zeros(1, dtype=np.int64)
         value, jacobian, measures = problem.linearized(one, state[None])
@@ -113,7 +111,7 @@ def follow(
     while_stable
         Stop each way at the first change of stability.
     progress
-        Called with a rough fraction done.
+        Called with a rough fraction done, some times a second. What it raises stops the search.
 
     Raises
     ------
@@ -129,16 +127,17 @@ def follow(
             f"the range of {path} must hold the orbit's own {given.show(orbit.scenario, here)}; got "
             f"{given.show(orbit.scenario, low)} to {given.show(orbit.scenario, high)}"
         )
-    curve = _Curve(orbit.scenario, given, low, high)
+    watch = Watch(progress)
+    curve = _Curve(orbit.scenario, given, low, high, watch)
     start = (here - low) / (high - low)
     only_input = np.append(np.zeros(6), 1.0)
     begun = curve.corrected(orbit.state, start, only_input, only_input)
     if begun is None:
         raise InputError("the orbit does not solve its own equations: find it again with these inputs")
     first = begun[0]
-    report = progress or (lambda _: None)
-    up = _one_way(curve, first, start, 1.0, while_stable, lambda done: report(0.5 * done))
-    down = _one_way(curve, first, start, -1.0, while_stable, lambda done: report(0.5 + 0.5 * done))
+    up = _one_way(curve, first, start, 1.0, while_stable, watch.part(0.0, 0.5))
+    down = _one_way(curve, first, start, -1.0, while_stable, watch.part(0.5, 1.0))
+    watch(1.0)
     points = [*reversed(down[0]), first, *up[0]]
     shift = len(down[0])
     events = [Event(e.kind, e.value, e.orbit, shift - e.index) for e in reversed(down[1])]
@@ -147,7 +146,7 @@ def follow(
 
 
 def _one_way(
-    curve: _Curve, first: Point, share: float, sense: float, while_stable: bool, report: Callable[[float], None]
+    curve: _Curve, first: Point, share: float, sense: float, while_stable: bool, watch: Watch
 ) -> tuple[list[Point], list[Event], str]:
     """Points, events and the reason for the end, one way from ``first``; an event's index counts points passed."""
     points: list[Point] = []
@@ -184,7 +183,7 @@ def _one_way(
         points.append(new)
         at, share = new, new_share
         step = min(LONGEST_STEP, step * (1.5 if iterations <= 2 else 0.8))
-        report(share if sense > 0.0 else 1.0 - share)
+        watch(share if sense > 0.0 else 1.0 - share)
     return points, events, f"{MOST_POINTS} orbits, the most that are followed"
 
 

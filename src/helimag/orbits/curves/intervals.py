@@ -1,17 +1,18 @@
 """Where along a branch orbits are stable: intervals of one input."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from helimag.errors import InputError
 from helimag.orbits.curves.branch import Branch
 from helimag.orbits.curves.continuation import follow
-from helimag.orbits.strobe.orbit import Orbit
+from helimag.orbits.strobe import Orbit
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input
 
 
 @dataclass(frozen=True)
-class Interval:
+class StableInterval:
     """Where an orbit stays stable as one input varies: ends (SI) and what happens at each."""
 
     path: str
@@ -35,8 +36,21 @@ class Interval:
         return f"stable for {given.name} between {low} ({self.why_low}) and {high} ({self.why_high})"
 
 
-def stable_interval(orbit: Orbit, path: str, low: float, high: float) -> Interval:
+def stable_interval(
+    orbit: Orbit, path: str, low: float, high: float, *, progress: Callable[[float], None] | None = None
+) -> StableInterval:
     """Follow a stable orbit both ways through an input to where it loses stability, or to the ends of the range.
+
+    Parameters
+    ----------
+    orbit
+        A stable one, at a value of the input within the range.
+    path
+        Dotted path of a scalar field, such as ``drive.pitch``; or ``drive.speed``.
+    low, high
+        Range of the input, SI.
+    progress
+        Called with a rough fraction done, some times a second. What it raises stops the search.
 
     Raises
     ------
@@ -45,10 +59,10 @@ def stable_interval(orbit: Orbit, path: str, low: float, high: float) -> Interva
     """
     if not orbit.stable:
         raise InputError(f"an interval of stability needs a stable orbit; this one is not: {orbit.text}")
-    return stable_segments(follow(orbit, path, low, high, while_stable=True))[0]
+    return stable_segments(follow(orbit, path, low, high, while_stable=True, progress=progress))[0]
 
 
-def stable_segments(branch: Branch) -> list[Interval]:
+def stable_segments(branch: Branch) -> list[StableInterval]:
     """The stable stretches of a branch, in order of arclength."""
     marks = {event.index: (event.value, str(event.kind)) for event in branch.events}
     last = len(branch.points)
@@ -61,5 +75,5 @@ def stable_segments(branch: Branch) -> list[Interval]:
     result = []
     for begin, end in zip(begins, ends, strict=True):
         (low, why_low), (high, why_high) = sorted([marks[begin], marks[end]])
-        result.append(Interval(branch.path, scenario, low, high, why_low, why_high))
+        result.append(StableInterval(branch.path, scenario, low, high, why_low, why_high))
     return result

@@ -1,6 +1,6 @@
 """Stability over a grid of two inputs, each orbit found from its neighbours."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.orbits.curves.spreading import Node, Spread
-from helimag.orbits.strobe.orbit import Orbit
-from helimag.orbits.strobe.problem import Floats
+from helimag.orbits.strobe import Floats, Orbit, Watch, find_orbit
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input, varied
 
@@ -51,6 +50,31 @@ class StabilityMap:
         return varied(self.scenario, dict(zip(self.paths, values, strict=True)))
 
 
+def seeds_within(
+    scenario: Scenario,
+    ranges: Mapping[str, tuple[float, float]],
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> list[Orbit]:
+    """The scenario's own orbit, to begin a stability map from, where its inputs lie within the map's ranges.
+
+    Parameters
+    ----------
+    ranges
+        Lowest and highest value (SI) of each input, by path.
+    progress
+        Called with the fraction done, some times a second. What it raises stops the search.
+
+    Returns
+    -------
+    list of Orbit
+        One, stable or not, or none where an input lies outside.
+    """
+    if not all(Input(path).within(scenario, low, high) for path, (low, high) in ranges.items()):
+        return []
+    return [find_orbit(scenario, thorough=False, progress=progress)]
+
+
 def stability_map(
     scenario: Scenario,
     first: tuple[str, Sequence[float] | Floats],
@@ -68,13 +92,14 @@ def stability_map(
     seeds
         Stable orbits within the grid to begin from, besides those that runs lead to at a few nodes.
     progress
-        Called with the fraction of nodes visited.
+        Called with a rough fraction done, some times a second. What it raises stops the search.
 
     Notes
     -----
     A node counts as without an orbit where the search from its stable neighbours fails; a second stable orbit that no
     seed led to is not seen.
     """
+    watch = Watch(progress)
     values = np.asarray(first[1], float), np.asarray(second[1], float)
     for path, given in zip((first[0], second[0]), values, strict=True):
         Input(path).check(scenario)
@@ -89,7 +114,8 @@ def stability_map(
     for seed in seeds:
         if seed.stable:
             nearest = [int(np.abs(v - g.value(seed.scenario)).argmin()) for v, g in zip(values, inputs, strict=True)]
-            found.plant((nearest[0], nearest[1]), seed.state)
-    found.seek_all_over()
-    found.spread(progress or (lambda _: None))
+            found.plant((nearest[0], nearest[1]), seed.state, watch)
+    found.seek_all_over(watch.part(0.0, 0.5))
+    found.spread(watch.part(0.5, 1.0))
+    watch(1.0)
     return StabilityMap(scenario, (first[0], second[0]), values, found.growth, found.swing, found.states)

@@ -6,11 +6,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.orbits.strobe import chart
-from helimag.orbits.strobe.find import classify, find_orbit
-from helimag.orbits.strobe.floquet import multipliers_of, rates_of
-from helimag.orbits.strobe.newton import solve
-from helimag.orbits.strobe.problem import Floats, Problem
+from helimag.orbits.strobe import Floats, Problem, Watch, chart, classify, find_orbit, multipliers_of, rates_of, solve
 from helimag.outcomes import OrbitStatus
 from helimag.scenario import Scenario
 
@@ -47,31 +43,32 @@ class Spread:
         """Where a stable orbit is known."""
         return np.asarray(np.nan_to_num(self.growth, nan=1.0) < 0.0)
 
-    def plant(self, node: Node, state: Floats) -> None:
+    def plant(self, node: Node, state: Floats, watch: Watch) -> None:
         """Take a state (7,) to the orbit at a node, if it leads to one there."""
-        self._attempt([node], state[None])
+        self._attempt([node], state[None], watch)
 
-    def seek(self, node: Node, *, thorough: bool = False) -> None:
+    def seek(self, node: Node, watch: Watch, *, thorough: bool = False) -> None:
         """Make a run at a node, and look for the orbit that it leads to; ``thorough`` searches a grid of starts too."""
         scenario = self.scenario_at(node)
         if scenario is None or self.stable[node]:
             return
-        seed = find_orbit(scenario, thorough=thorough)
+        seed = find_orbit(scenario, thorough=thorough, progress=watch.part(0.0, 0.9))
         if seed.stable:
-            self.plant(node, seed.state)
+            self.plant(node, seed.state, watch)
 
-    def seek_all_over(self) -> None:
+    def seek_all_over(self, watch: Watch) -> None:
         """Seek at nodes spread over the grid; where the runs there lead to nothing stable, on grids of starts too."""
         lines = [
             np.unique(np.linspace(0, n - 1, SEEDS_A_SIDE + 2).round().astype(int)[1:-1]).tolist() for n in self.shape
         ]
-        for thorough in (False, True):
-            for node in product(*lines):
-                self.seek(node, thorough=thorough)
+        nodes = list(product(*lines))
+        for thorough, half in ((False, watch.turn(0, 2)), (True, watch.turn(1, 2))):
+            for count, node in enumerate(nodes):
+                self.seek(node, half.turn(count, len(nodes)), thorough=thorough)
             if self.stable.any():
                 return
 
-    def spread(self, report: Callable[[float], None]) -> None:
+    def spread(self, watch: Watch) -> None:
         """Go from stable nodes to their neighbours until no more are stable; a node is tried from several of them."""
         waiting: dict[Node, list[Floats]] = {}
         while self._fresh or waiting:
@@ -83,8 +80,8 @@ class Spread:
             self._fresh = []
             waiting = {node: guesses for node, guesses in waiting.items() if guesses and self._open(node)}
             if waiting:
-                self._attempt(list(waiting), np.array([guesses.pop(0) for guesses in waiting.values()]))
-            report(float(np.count_nonzero(self.attempts)) / self.attempts.size)
+                self._attempt(list(waiting), np.array([guesses.pop(0) for guesses in waiting.values()]), watch)
+            watch(float(np.count_nonzero(self.attempts)) / self.attempts.size)
 
     def _inside(self, node: Node) -> bool:
         return all(0 <= i < n for i, n in zip(node, self.shape, strict=True))
@@ -100,20 +97,20 @@ class Spread:
         change = -chart.coordinates(self.states[behind][None], state[None], self._length)
         return np.asarray(chart.moved(state[None], change, self._length)[0])
 
-    def _attempt(self, nodes: list[Node], starts: Floats) -> None:
-        """Search at nodes from starts (n, 7); those with the same model of the magnet's field at once."""
-        batches: dict[str, list[tuple[Node, Scenario, Floats]]] = {}
+    def _attempt(self, nodes: list[Node], starts: Floats, watch: Watch) -> None:
+        """Search at nodes from starts (n, 7), all at once."""
+        batch: list[tuple[Node, Scenario, Floats]] = []
         for node, start in zip(nodes, starts, strict=True):
             self.attempts[node] += 1
             scenario = self.scenario_at(node)
+            watch.pulse()
             if scenario is not None:
-                batches.setdefault(scenario.magnet[0].field, []).append((node, scenario, start))
-        for batch in batches.values():
+                batch.append((node, scenario, start))
+        if batch:
             tried, scenarios, begun = zip(*batch, strict=True)
-            self._solve(tried, scenarios, np.array(begun))
+            self._solve(tried, Problem(scenarios, watch=watch.unmeasured()), np.array(begun))
 
-    def _solve(self, nodes: Sequence[Node], scenarios: Sequence[Scenario], starts: Floats) -> None:
-        problem = Problem(scenarios)
+    def _solve(self, nodes: Sequence[Node], problem: Problem, starts: Floats) -> None:
         which = np.arange(len(nodes))
         solved = solve(problem, which, starts, iterations=ITERATIONS)
         status = classify(problem, which, solved)

@@ -1,1 +1,29 @@
 """The slow flow: the motion averaged over a turn, its fixed points, and basins of attraction."""
+
+from helimag.orbits.slow_flow.agreement import Agreement, agreement
+from helimag.orbits.slow_flow.attraction import Basin, basin, basin_by_flow, comes_to
+from helimag.orbits.slow_flow.averaging import SlowFlow, slow_flow
+from helimag.orbits.slow_flow.fixed_points import Counterpart, FixedPoint, averaged_rates, counterparts, fixed_points
+from helimag.orbits.slow_flow.paths import AveragingError, averaged_paths, averaging_error, averaging_errors
+from helimag.orbits.slow_flow.places import box_around
+
+__all__ = [
+    "Agreement",
+    "AveragingError",
+    "Basin",
+    "Counterpart",
+    "FixedPoint",
+    "SlowFlow",
+    "agreement",
+    "averaged_paths",
+    "averaged_rates",
+    "averaging_error",
+    "averaging_errors",
+    "basin",
+    "basin_by_flow",
+    "box_around",
+    "comes_to",
+    "counterparts",
+    "fixed_points",
+    "slow_flow",
+]

@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.orbits.slow_flow.averaging import SlowFlow, averaged_paths
-from helimag.orbits.strobe.orbit import Orbit
-from helimag.orbits.strobe.problem import Floats, Problem
-from helimag.orbits.strobe.starts import attitudes, open_water, sense_of, settle, strobed
+from helimag.orbits.slow_flow.averaging import SlowFlow, slow_flow
+from helimag.orbits.slow_flow.paths import averaged_paths
+from helimag.orbits.strobe import Floats, Orbit, Problem, Watch, attitudes, open_water, sense_of, settle, strobed
 from helimag.outcomes import BasinEnd
-from helimag.runs.shares import wilson
 
 FEWEST_TURNS = 12  # of the magnet in a run, so that its later quarters can be compared
 AT = 1e-3  # of the distance: a run that spends its last quarter this near its orbit has come to it
@@ -21,6 +19,8 @@ SHRINKS = 0.95  # from the third quarter to the last, of the farthest distance: 
 SHORTEST, LONGEST = 1200.0, 20_000.0  # s, of the runs
 SAMPLES = 160
 WORDS = f"<U{max(map(len, BasinEnd))}"  # text that holds each of them
+MARGIN = 1.5  # of the box's half sides: how far a flow that judges it reaches, so that paths may leave it and return
+ENGINE_NODES = 15  # of that flow, a side
 
 
 @dataclass(frozen=True)
@@ -107,118 +107,76 @@ def basin(
     flow
         Judge by the averaged model of this slow flow instead of by full runs: faster, less exact.
     progress
-        Called with the fraction done.
+        Called with the fraction done, some times a second. What it raises stops the search.
 
     Raises
     ------
     InputError
         Where the orbit is not stable, the box is empty, or runs would be too short to tell.
     """
-    if not orbit.stable:
-        raise InputError(f"a basin needs a stable orbit; this one is not: {orbit.text}")
-    corners = np.asarray(low, float), np.asarray(high, float)
-    if corners[0].shape != (3,) or corners[1].shape != (3,) or not np.all(corners[0] < corners[1]) or min(shape) < 2:
-        raise InputError("a basin needs a box, low below high on each axis, and at least two starts a side")
+    corners = _checked(orbit, low, high, shape)
     time = float(np.clip(-1.0 / orbit.growth, SHORTEST, LONGEST)) if duration is None else duration
     least = FEWEST_TURNS / abs(orbit.scenario.drive.frequency)
     if not time >= least:
         raise InputError(f"duration must be {FEWEST_TURNS} turns of the magnet or more, {least:.3g} s; got {time:g} s")
+    watch = Watch(progress)
     edges = [np.linspace(a, b, n + 1) for a, b, n in zip(*corners, shape, strict=True)]
     axes = [(edge[1:] + edge[:-1]) / 2.0 for edge in edges]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     if flow is None:
-        ends, engine = _by_runs(orbit, places, time, progress), "full"
+        ends, engine = ends_of_runs(orbit, places, time, watch), "full"
     else:
-        ends, engine = _by_flow(orbit, places, time, flow, progress), "averaged"
+        ends, engine = _by_flow(orbit, places, time, flow, watch), "averaged"
+    watch(1.0)
     captured = np.asarray(ends == BasinEnd.CAPTURED)
     volume = float(np.prod(corners[1] - corners[0])) * float(captured.mean())
     return Basin(orbit, shape, places, captured, ends, volume, time, engine)
 
 
-@dataclass(frozen=True)
-class Agreement:
-    """A basin by the averaged model beside full runs from some of its starts.
-
-    Attributes
-    ----------
-    starts
-        (m,): numbers of the starts that were run.
-    averaged, full
-        (m,): how each ended by either model.
-    """
-
-    starts: NDArray[np.int64]
-    averaged: NDArray[np.str_]
-    full: NDArray[np.str_]
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Starts that both models say come to the orbit, only one of them says so, or neither."""
-        averaged, full = self.averaged == BasinEnd.CAPTURED, self.full == BasinEnd.CAPTURED
-        masks = {
-            "both": averaged & full,
-            "only_averaged": averaged & ~full,
-            "only_full": full & ~averaged,
-            "neither": ~averaged & ~full,
-        }
-        return {name: int(mask.sum()) for name, mask in masks.items()}
-
-    @property
-    def share(self) -> float:
-        """Of these starts on which the models agree."""
-        return (self.counts["both"] + self.counts["neither"]) / self.starts.size
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Where the share of all starts lies, with 95 per cent."""
-        return wilson(self.share, self.starts.size)
-
-    @property
-    def text(self) -> str:
-        """The comparison in a sentence."""
-        low, high = (round(100.0 * end) for end in self.interval)
-        counts = self.counts
-        return (
-            f"of {self.starts.size} starts that full runs judged too, the models agree on {100.0 * self.share:.0f} % "
-            f"(of all starts: {low} to {high} %, with 95 % confidence): {counts['both']} captured by both, "
-            f"{counts['only_averaged']} by the averaged model only, {counts['only_full']} by full runs only, "
-            f"{counts['neither']} by neither"
-        )
-
-
-def agreement(
-    caught: Basin, *, starts: int = 60, seed: int = 0, progress: Callable[[float], None] | None = None
-) -> Agreement:
-    """Judge some starts of a basin by full runs too.
+def basin_by_flow(
+    orbit: Orbit,
+    *,
+    low: Floats,
+    high: Floats,
+    shape: tuple[int, int, int] = (11, 11, 11),
+    duration: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Basin:
+    """The basin within a box by the averaged model, of a slow flow that reaches half as far again as the box.
 
     Parameters
     ----------
-    caught
-        A basin by the averaged model.
-    starts
-        How many, drawn without order from all of them.
-    seed
-        Of the draw.
+    orbit, low, high, shape, duration
+        As for :func:`basin`.
     progress
-        Called with the fraction done.
+        Called with the fraction done, some times a second. What it raises stops the search.
 
     Raises
     ------
     InputError
-        Where the basin is one by full runs, or there is no start to compare.
+        As for :func:`basin`; and where the device keeps in step with the field nowhere around the box.
     """
-    if caught.engine != "averaged" or starts < 1:
-        raise InputError("only a basin by the averaged model, and at least one start of it, can be held against runs")
-    every = caught.ends.size
-    drawn = np.sort(np.random.default_rng(seed).choice(every, size=min(starts, every), replace=False))
-    full = _by_runs(caught.orbit, caught.places[drawn], caught.duration, progress)
-    return Agreement(drawn, caught.ends[drawn], full)
+    watch = Watch(progress)
+    low, high = _checked(orbit, low, high, shape)
+    middle, half = (low + high) / 2.0, MARGIN * (high - low) / 2.0
+    nodes = ENGINE_NODES, ENGINE_NODES, ENGINE_NODES
+    flow = slow_flow(orbit, low=middle - half, high=middle + half, shape=nodes, progress=watch.part(0.0, 0.8))
+    return basin(orbit, low=low, high=high, shape=shape, duration=duration, flow=flow, progress=watch.part(0.8, 1.0))
 
 
-def _by_runs(
-    orbit: Orbit, places: Floats, duration: float, progress: Callable[[float], None] | None
-) -> NDArray[np.str_]:
-    problem = Problem([orbit.scenario])
+def _checked(orbit: Orbit, low: Floats, high: Floats, shape: tuple[int, int, int]) -> tuple[Floats, Floats]:
+    """The box's corners, where a basin in it can be asked for."""
+    if not orbit.stable:
+        raise InputError(f"a basin needs a stable orbit; this one is not: {orbit.text}")
+    corners = np.asarray(low, float), np.asarray(high, float)
+    if corners[0].shape != (3,) or corners[1].shape != (3,) or not np.all(corners[0] < corners[1]) or min(shape) < 2:
+        raise InputError("a basin needs a box, low below high on each axis, and at least two starts a side")
+    return corners
+
+
+def ends_of_runs(orbit: Orbit, places: Floats, duration: float, watch: Watch) -> NDArray[np.str_]:
+    """How full runs of a time (s) from places (n, 3) end, each begun with its settled attitude: see :class:`Basin`."""
+    problem = Problem([orbit.scenario], watch=watch.part(0.0, 0.1))
     ends = np.full(len(places), BasinEnd.OUT_OF_STEP, dtype=WORDS)
     clear = np.flatnonzero(np.linalg.norm(places - problem.arm[0], axis=1) > 1.05 * problem.contact[0])
     guesses = attitudes(problem, 0, places[clear], sense_of(problem, orbit.state))
@@ -227,19 +185,17 @@ def _by_runs(
     if good.size == 0:
         return ends
     water = open_water(orbit.scenario)
-    runs = strobed(water, duration, samples=SAMPLES, states=states[found], progress=progress)
+    runs = strobed(water, duration, samples=SAMPLES, states=states[found], progress=watch.part(0.1, 1.0))
     for node, run in zip(good, runs, strict=True):
         ends[node] = run.status.basin or _inside(orbit, run.states[:, :3])
     return ends
 
 
-def _by_flow(
-    orbit: Orbit, places: Floats, duration: float, flow: SlowFlow, progress: Callable[[float], None] | None
-) -> NDArray[np.str_]:
+def _by_flow(orbit: Orbit, places: Floats, duration: float, flow: SlowFlow, watch: Watch) -> NDArray[np.str_]:
     """The averaged model from all starts at once."""
     ends = np.full(len(places), BasinEnd.OUT_OF_STEP, dtype=WORDS)
     good = np.flatnonzero(np.isfinite(flow.at(places)).all(axis=1))
-    paths = averaged_paths(flow, places[good], np.linspace(0.0, duration, SAMPLES + 1), progress=progress)
+    paths = averaged_paths(flow, places[good], np.linspace(0.0, duration, SAMPLES + 1), progress=watch)
     for node, path in zip(good, paths, strict=True):
         ends[node] = _inside(orbit, path) if np.isfinite(path).all() else BasinEnd.LEFT
     return ends

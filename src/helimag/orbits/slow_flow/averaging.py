@@ -13,10 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.orbits.strobe import chart
-from helimag.orbits.strobe.orbit import Orbit
-from helimag.orbits.strobe.problem import Floats, Problem
-from helimag.orbits.strobe.starts import attitudes, default_box, sense_of, settle, strobed
+from helimag.orbits.strobe import (
+    Floats,
+    Orbit,
+    Problem,
+    Watch,
+    attitudes,
+    chart,
+    default_box,
+    sense_of,
+    settle,
+)
 from helimag.scenario import Scenario
 
 SHAPE = (17, 17, 21)
@@ -26,8 +33,6 @@ BATCH = 512
 SLOW = 0.05  # of the gap to the magnet: a device that a turn moves farther is being drawn in, and has no slow flow
 FAR = 1e3  # m
 ROUNDING = 1e-9  # of a cell: a place on the grid's face is inside
-SAMPLES = 300  # of a full run that the averaged model is compared with
-STEP = 4.0  # s, of the averaged model (Runge and Kutta, fourth order): a fiftieth of a slow swing
 
 
 @dataclass(frozen=True)
@@ -109,24 +114,28 @@ def slow_flow(
     lag_stages
         0 for attitudes that settle in a place that is held; each further stage lets them lag behind the drift better.
     progress
-        Called with the fraction done.
+        Called with the fraction done, some times a second. What it raises stops the search.
+
+    Raises
+    ------
+    InputError
+        Where the orbit was not found, the grid is none, or the device keeps in step with the field nowhere on it.
     """
     if not orbit.found:
         raise InputError(f"a slow flow needs an orbit that was found; got '{orbit.status}'")
     scenario = orbit.scenario
-    problem = Problem([scenario])
+    watch = Watch(progress)
+    problem = Problem([scenario], watch=watch)
     default = default_box(scenario, problem.arm[0])
     corners = [
         np.asarray(own if given is None else given, float) for given, own in zip((low, high), default, strict=True)
     ]
     if min(shape) < 4 or lag_stages < 0 or np.any(corners[0] >= corners[1]):
         raise InputError("a slow flow needs at least four nodes a side, low below high, and lag_stages of zero or more")
-    report = progress or (lambda _: None)
     axes = tuple(np.linspace(a, b, n) for a, b, n in zip(*corners, shape, strict=True))
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    states, settled = _settled(
-        problem, places, sense_of(problem, orbit.state), lambda done: report(done / (1.0 + lag_stages))
-    )
+    first = problem.watched(watch.turn(0, 1 + lag_stages))
+    states, settled = _settled(first, places, sense_of(problem, orbit.state))
     settled = settled.reshape(shape)
     states = _filled(states.reshape(*shape, 7), settled)
     velocity, settled = _drift(problem, states, settled, axes)
@@ -135,13 +144,11 @@ def slow_flow(
         slope = _attitude_slope(states, problem.length[0])
         states, settled = _lagged(problem, states, settled, slope)
         velocity, settled = _drift(problem, states, settled, axes)
-        report((2.0 + stage) / (1.0 + lag_stages))
+        watch((2.0 + stage) / (1.0 + lag_stages))
     return SlowFlow(scenario, axes, velocity, states, settled)  # type: ignore[arg-type]
 
 
-def _settled(
-    problem: Problem, places: Floats, sense: float, report: Callable[[float], None]
-) -> tuple[Floats, NDArray[np.bool_]]:
+def _settled(problem: Problem, places: Floats, sense: float) -> tuple[Floats, NDArray[np.bool_]]:
     """Attitudes that repeat themselves with the head held."""
     states, good = np.zeros((len(places), 7)), np.zeros(len(places), dtype=bool)
     gap = np.linalg.norm(places - problem.arm[0], axis=1)
@@ -150,8 +157,8 @@ def _settled(
     for begin in range(0, clear.size, BATCH):
         part = clear[begin : begin + BATCH]
         which = np.zeros(part.size, dtype=np.int64)
-        states[part], good[part] = settle(problem, which, attitudes(problem, 0, places[part], sense))
-        report((begin + part.size) / clear.size)
+        share = problem.watch.part(begin / clear.size, (begin + part.size) / clear.size)
+        states[part], good[part] = settle(problem.watched(share), which, attitudes(problem, 0, places[part], sense))
     return states, good
 
 
@@ -226,81 +233,3 @@ def _lagged(
         good[part[~fine]] = False
     result = good.reshape(settled.shape)
     return _filled(flat.reshape(states.shape), result), result
-
-
-def averaged_paths(
-    flow: SlowFlow, places: Floats, times: Floats, *, progress: Callable[[float], None] | None = None
-) -> Floats:
-    """Paths of the averaged model from places (m, 3), moving frame, all at once.
-
-    Parameters
-    ----------
-    times
-        (n,) increasing, s, from the start of the run; each gap is cut into equal steps of at most ``STEP``.
-    progress
-        Called with the fraction done.
-
-    Returns
-    -------
-    array
-        (m, n, 3), m; nan once a path has left the grid.
-    """
-    at = np.array(places, dtype=float)
-    path = np.empty((len(at), len(times), 3))
-    now = 0.0
-    for i, time in enumerate(times):
-        count = int(np.ceil((time - now) / STEP - 1e-9))
-        for _ in range(count):
-            dt = (time - now) / count
-            k1 = flow.at(at)
-            k2 = flow.at(at + 0.5 * dt * k1)
-            k3 = flow.at(at + 0.5 * dt * k2)
-            k4 = flow.at(at + dt * k3)
-            at = at + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        path[:, i], now = at, float(time)
-        if progress is not None:
-            progress((i + 1) / len(times))
-    return path
-
-
-def averaged_rates(flow: SlowFlow, orbit: Orbit) -> NDArray[np.complex128]:
-    """Eigenvalues (3,) of the averaged model at an orbit (1/s), leading first: compare with its slowest rates.
-
-    They are nan where the flow is not known all around the orbit.
-    """
-    step = 2e-3 * orbit.scenario.drive.distance
-    offsets = step * np.eye(3)
-    place = orbit.position
-    columns = (flow.at(place + offsets) - flow.at(place - offsets)) / (2.0 * step)
-    if not np.isfinite(columns).all():
-        return np.full(3, np.nan, dtype=np.complex128)
-    values = np.linalg.eigvals(columns.T).astype(np.complex128)
-    return np.asarray(values[np.argsort(-values.real)])
-
-
-@dataclass(frozen=True)
-class AveragingError:
-    """Distance (m) between averaged and full model over one run: times (n,), distances (n,), and both heights (n,)."""
-
-    time: Floats
-    distance: Floats
-    averaged: Floats
-    full: Floats
-
-    @property
-    def worst(self) -> float:
-        return float(self.distance.max())
-
-    @property
-    def mean(self) -> float:
-        return float(self.distance.mean())
-
-
-def averaging_error(flow: SlowFlow, place: Floats, duration: float) -> AveragingError:
-    """Run both models from a place and compare; the full one starts with the flow's attitude there."""
-    begin = np.asarray(place, float)
-    (run,) = strobed(flow.scenario, duration, samples=SAMPLES, states=flow.state_at(begin)[None])
-    path, full = averaged_paths(flow, begin[None], run.times)[0], run.states[:, :3]
-    both = np.isfinite(path).all(axis=1)
-    distance = np.linalg.norm(path[both] - full[both], axis=1)
-    return AveragingError(run.times[both], distance, path[both, 2], full[both, 2])

@@ -1,6 +1,6 @@
 """Fixed points of a slow flow: where the averaged device stands still in the moving frame, and as which orbits."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.orbits.slow_flow.averaging import SlowFlow
-from helimag.orbits.strobe.orbit import Orbit
-from helimag.orbits.strobe.problem import Floats, Problem
-from helimag.orbits.strobe.starts import sense_of, settle
+from helimag.orbits.strobe import Floats, Orbit, Problem, Watch, sense_of, settle
 
 ITERATIONS = 40
 STRIDE = 0.02  # of a cell, for the flow's derivatives
@@ -69,16 +67,26 @@ class Counterpart:
         return float(np.linalg.norm(self.point.position - self.orbit.position))
 
 
-def fixed_points(flow: SlowFlow) -> list[FixedPoint]:
+def fixed_points(flow: SlowFlow, *, progress: Callable[[float], None] | None = None) -> list[FixedPoint]:
     """All zeros of the flow that Newton's method finds from every node and the middle of every cell, most stable first.
 
     The flow is the tricubic spline of :meth:`SlowFlow.at`. A zero in a part of the grid without settled attitudes is
-    not found.
+    not found. ``progress`` is called with a rough fraction done, some times a second; what it raises stops the search.
     """
+    watch = Watch(progress)
+    places = _zeros(flow, watch.part(0.0, 0.5))
+    points = [_point(flow, place, watch.part(0.5, 1.0).turn(i, len(places))) for i, place in enumerate(places)]
+    watch(1.0)
+    return sorted(points, key=lambda point: float(point.rates.real.max()))
+
+
+def _zeros(flow: SlowFlow, watch: Watch) -> list[Floats]:
+    """Places (3,) where the flow stands still, each once."""
     cell = np.array([axis[1] - axis[0] for axis in flow.axes])
     at = _starts(flow)
     arrived: list[Floats] = []
-    for _ in range(ITERATIONS):
+    for iteration in range(ITERATIONS):
+        watch(iteration / ITERATIONS)
         value, slope = _linear(flow, at, cell)
         good = np.isfinite(value).all(axis=1) & np.isfinite(slope).all(axis=(1, 2))
         at, value, slope = at[good], value[good], slope[good]
@@ -95,7 +103,7 @@ def fixed_points(flow: SlowFlow) -> list[FixedPoint]:
     for place in arrived:
         if not any(np.linalg.norm((place - other) / cell) < SAME for other in places):
             places.append(place)
-    return sorted((_point(flow, place, cell) for place in places), key=lambda point: float(point.rates.real.max()))
+    return places
 
 
 def counterparts(points: Sequence[FixedPoint], orbits: Sequence[Orbit], flow: SlowFlow) -> list[Counterpart]:
@@ -118,6 +126,21 @@ def counterparts(points: Sequence[FixedPoint], orbits: Sequence[Orbit], flow: Sl
     pairs += [(i, Counterpart(point, None)) for i, point in enumerate(points) if i not in taken[0]]
     ordered = [pair for _, pair in sorted(pairs, key=lambda entry: entry[0])]
     return ordered + [Counterpart(None, orbit) for j, orbit in enumerate(left) if j not in taken[1]]
+
+
+def averaged_rates(flow: SlowFlow, orbit: Orbit) -> NDArray[np.complex128]:
+    """Eigenvalues (3,) of the averaged model at an orbit (1/s), leading first: compare with its slowest rates.
+
+    They are nan where the flow is not known all around the orbit.
+    """
+    step = 2e-3 * orbit.scenario.drive.distance
+    offsets = step * np.eye(3)
+    place = orbit.position
+    columns = (flow.at(place + offsets) - flow.at(place - offsets)) / (2.0 * step)
+    if not np.isfinite(columns).all():
+        return np.full(3, np.nan, dtype=np.complex128)
+    values = np.linalg.eigvals(columns.T).astype(np.complex128)
+    return np.asarray(values[np.argsort(-values.real)])
 
 
 def _of_flow(orbit: Orbit, flow: SlowFlow) -> bool:
@@ -145,19 +168,20 @@ def _linear(flow: SlowFlow, places: Floats, cell: Floats) -> tuple[Floats, Float
     return values[:, 0], np.swapaxes(slope, 1, 2)
 
 
-def _point(flow: SlowFlow, place: Floats, cell: Floats) -> FixedPoint:
+def _point(flow: SlowFlow, place: Floats, watch: Watch) -> FixedPoint:
+    cell = np.array([axis[1] - axis[0] for axis in flow.axes])
     slope = _linear(flow, place[None], cell)[1][0]
     rates = np.linalg.eigvals(slope).astype(np.complex128)
-    return FixedPoint(place, rates[np.argsort(-rates.real, kind="stable")], _error(flow, place, slope))
+    return FixedPoint(place, rates[np.argsort(-rates.real, kind="stable")], _error(flow, place, slope, watch))
 
 
-def _error(flow: SlowFlow, place: Floats, slope: Floats) -> float:
+def _error(flow: SlowFlow, place: Floats, slope: Floats, watch: Watch) -> float:
     """Distance to the full model's point of rest: its drift less the flow's, over the flow's slope.
 
     The drift is measured after the attitude has settled in a free run from the place. Over a period T a flow v moves
     the device by T v + T^2/2 (grad v) v.
     """
-    problem, one = Problem([flow.scenario]), np.zeros(1, dtype=np.int64)
+    problem, one = Problem([flow.scenario], watch=watch), np.zeros(1, dtype=np.int64)
     period = float(problem.period[0])
     state, _ = settle(problem, one, flow.state_at(place)[None])
     _, jacobian, _ = problem.linearized(one, state, columns=range(3, 6))

@@ -13,6 +13,7 @@ from helimag.orbits.strobe.newton import Solved, solve
 from helimag.orbits.strobe.orbit import Orbit
 from helimag.orbits.strobe.problem import Floats, Ints, Problem
 from helimag.orbits.strobe.starts import default_box, on_grid, open_water, strobed
+from helimag.orbits.strobe.watching import Watch
 from helimag.outcomes import End, OrbitStatus
 from helimag.scenario import Scenario
 
@@ -42,7 +43,7 @@ def find_orbit(
     thorough
         Whether to go on to the grid.
     progress
-        Called with the fraction done of the run, which takes most of the time where the device is stiff.
+        Called with a rough fraction done, some times a second. What it raises stops the search.
 
     Returns
     -------
@@ -55,21 +56,25 @@ def find_orbit(
     InputError
         Where the drive has no moving frame in which it repeats, or ``near`` is not a state.
     """
-    problem = Problem([scenario])
+    watch = Watch(progress)
+    problem = Problem([scenario], watch=watch)
     if near is not None:
         return _solved(problem, _state_of(near)[None])[0]
-    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES, progress=progress)
+    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES, progress=watch.part(0.0, 0.6))
     states = run.states
-    orbits = _distinct(_solved(problem, states, refine=False))
+    orbits = _distinct(_solved(problem.watched(watch.part(0.6, 0.7)), states, refine=False))
     if thorough and not any(orbit.stable for orbit in orbits):
         low, high = default_box(scenario, problem.arm[0])
-        grid = on_grid(problem, 0, low, high, COARSE, both_ways=True)
+        grid = on_grid(problem.watched(watch.part(0.7, 0.8)), 0, low, high, COARSE, both_ways=True)
         if len(grid):
-            orbits = _distinct(orbits + _solved(problem, grid, refine=False))
+            orbits = _distinct(orbits + _solved(problem.watched(watch.part(0.8, 0.95)), grid, refine=False))
     best = _best(orbits, states[-1, :3])
     if best is None:
+        watch(1.0)
         return Orbit(scenario=scenario, status=_why_not(orbits, run.status))
-    return _refined(problem, best)
+    refined = _refined(problem, best)
+    watch(1.0)
+    return refined
 
 
 def list_orbits(
@@ -92,9 +97,15 @@ def list_orbits(
     both_ways
         Also begin with the device's nose pointing the other way along the field's axis.
     progress
-        Called with the fraction done of the run.
+        Called with a rough fraction done, some times a second. What it raises stops the search.
+
+    Raises
+    ------
+    InputError
+        Where the drive has no moving frame in which it repeats, or the corners are none of a box.
     """
-    problem = Problem([scenario])
+    watch = Watch(progress)
+    problem = Problem([scenario], watch=watch)
     default = default_box(scenario, problem.arm[0])
     corners = [
         np.asarray(given if given is not None else own, float) for given, own in zip((low, high), default, strict=True)
@@ -103,20 +114,39 @@ def list_orbits(
         corners[0] > corners[1]
     ):
         raise InputError("low and high must be corners of a box, three finite numbers each, low below high")
-    starts = on_grid(problem, 0, corners[0], corners[1], shape, both_ways=both_ways)
-    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES, progress=progress)
-    orbits = _distinct(_solved(problem, np.concatenate([starts, run.states]), refine=False))
+    starts = on_grid(problem.watched(watch.part(0.0, 0.2)), 0, corners[0], corners[1], shape, both_ways=both_ways)
+    (run,) = strobed(open_water(scenario), RUN_DURATION, samples=RUN_SAMPLES, progress=watch.part(0.2, 0.5))
+    begun = np.concatenate([starts, run.states])
+    orbits = _distinct(_solved(problem.watched(watch.part(0.5, 0.9)), begun, refine=False))
     found = [
         _refined(problem, orbit)
         for orbit in orbits
         if orbit.found and np.all(orbit.position >= corners[0]) and np.all(orbit.position <= corners[1])
     ]
+    watch(1.0)
     return sorted(found, key=lambda orbit: orbit.growth)
 
 
-def find_orbits(scenarios: Sequence[Scenario], near: Floats) -> list[Orbit]:
-    """Orbits of a batch, each from its own state (n, 7), moving frame; fast multipliers as the map gives them."""
-    problem = Problem(scenarios)
+def find_orbits(
+    scenarios: Sequence[Scenario], near: Floats, *, progress: Callable[[float], None] | None = None
+) -> list[Orbit]:
+    """Orbits of a batch, each from its own state; fast multipliers as the map gives them.
+
+    Parameters
+    ----------
+    scenarios
+        At least one; their magnets may have different field models.
+    near
+        (n, 7): a state for each, moving frame.
+    progress
+        Called with the fraction of searches done, some times a second. What it raises stops the search.
+
+    Raises
+    ------
+    InputError
+        Where a drive has no moving frame in which it repeats, or the states do not fit.
+    """
+    problem = Problem(scenarios, watch=Watch(progress))
     states = np.asarray(near, dtype=float)
     if states.shape != (len(scenarios), 7) or not np.isfinite(states).all():
         raise InputError(f"near must be finite states of shape ({len(scenarios)}, 7); got {states.shape}")

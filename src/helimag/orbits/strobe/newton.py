@@ -33,7 +33,7 @@ class Solved:
 
 
 def solve(problem: Problem, which: Ints, states: Floats, *, iterations: int = 25, held: bool = False) -> Solved:
-    """Search a fixed point of each problem ``which`` from its state.
+    """Search a fixed point of each problem ``which`` from its state; the problem's watch hears how many are done.
 
     Parameters
     ----------
@@ -52,6 +52,7 @@ def solve(problem: Problem, which: Ints, states: Floats, *, iterations: int = 25
     done = np.linalg.norm(step, axis=1) < CONVERGED
     active = np.flatnonzero(~done & np.isfinite(step).all(axis=1))
     while active.size:
+        problem.watch(1.0 - active.size / count)
         tried = chart.moved(at[active], share[active, None] * step[active], problem.length[which[active]])
         tried = _relaxed(problem, which[active], tried, held)
         new, slope, seen = problem.linearized(which[active], tried, columns=columns, held=held)
@@ -68,6 +69,7 @@ def solve(problem: Problem, which: Ints, states: Floats, *, iterations: int = 25
         done[took] = np.linalg.norm(step[took], axis=1) < CONVERGED
         going = ~done & (share >= SHORTEST_SHARE) & (evaluations < iterations) & np.isfinite(step).all(axis=1)
         active = active[going[active]]
+    problem.watch(1.0)
     at[done] = chart.moved(at[done], step[done], problem.length[which[done]])
     return Solved(done, at, _norm(value, held), jacobian, measures, evaluations)
 

@@ -1,12 +1,13 @@
 """A batch of drives whose one-period map can be evaluated: packed once, launched many times."""
 
+import copy
 import math
 import os
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache, partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import warp as wp
@@ -25,6 +26,7 @@ from helimag.engine import (
 from helimag.errors import InputError
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.period import Measures, Passage, build_pass
+from helimag.orbits.strobe.watching import INTERVAL, Watch
 from helimag.physics import magnetics
 from helimag.physics.balance import Body
 from helimag.physics.kinematics import State
@@ -38,7 +40,8 @@ STRIDE = 2e-4  # of the finite differences: radians, and shares of the drive's d
 STEPS_PER_TURN = 12  # at least
 DECAY_PER_STEP = 2.5  # at most: step times the fastest relaxation of the roll (DOP853 is stable up to about 6)
 MOST_STEPS = 4000
-SHARE = 64  # passages a thread takes at a time
+SHARE = 64  # passages a thread takes at a time, at most
+LAUNCH_STEPS = 16384  # and steps, some 30 ms of work: a launch cannot be interrupted
 
 
 def require_periodic(scenario: Scenario) -> None:
@@ -61,11 +64,6 @@ def require_periodic(scenario: Scenario) -> None:
 
 
 @cache
-def _threads() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="helimag-orbits")
-
-
-@cache
 def _kernel(system: System, held: bool) -> wp.Kernel:
     kernel = build_pass(system, DOP853, held)
     ready(kernel, "cpu")
@@ -78,27 +76,30 @@ class Problem:
     Parameters
     ----------
     scenarios
-        At least one; all with the same magnet field model.
+        At least one; their magnets may have different field models.
+    watch
+        Told some times a second how far a search with these maps has come; what it raises stops the search.
 
     Raises
     ------
     InputError
-        Where the batch is empty, mixes field models, or a drive is not periodic.
+        Where the batch is empty, or a drive is not periodic.
     """
 
-    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+    def __init__(self, scenarios: Sequence[Scenario], *, watch: Watch | None = None) -> None:
         if not scenarios:
             raise InputError("scenarios must hold at least one; got none")
-        if len({scenario.magnet[0].field for scenario in scenarios}) > 1:
-            raise InputError("scenarios of one batch must have the same magnet.field")
         for scenario in scenarios:
             require_periodic(scenario)
         self.scenarios = list(scenarios)
-        self.system = system_of(scenarios[0])
+        self.watch = watch or Watch()
+        systems = [system_of(scenario) for scenario in scenarios]
+        self.systems = list(dict.fromkeys(systems))
+        self._system = np.array([self.systems.index(system) for system in systems])
         bodies, self.roll = _packed_bodies(scenarios)
-        self._arrays = [
-            wp.array(bodies, dtype=Body, device="cpu"),
-            self.system.medium.pack(scenarios, "cpu"),
+        self._bodies = wp.array(bodies, dtype=Body, device="cpu")
+        self._surroundings = [system.medium.pack(scenarios, "cpu") for system in self.systems]
+        self._others = [
             pack_drives(scenarios, "cpu"),
             wp.array(pack_magnets(scenarios), dtype=magnetics.Magnet, device="cpu"),
         ]
@@ -112,6 +113,12 @@ class Problem:
 
     def __len__(self) -> int:
         return len(self.scenarios)
+
+    def watched(self, watch: Watch) -> Self:
+        """The same maps, for a part of a search that has a watch of its own."""
+        same = copy.copy(self)
+        same.watch = watch
+        return same
 
     def steps(self, which: Ints, states: Floats) -> Ints:
         """Steps a period that keep the integrator stable and accurate at these states: the roll relaxes fastest."""
@@ -135,26 +142,30 @@ class Problem:
         passages: Any = np.zeros(len(which), dtype=Passage.numpy_dtype())  # type: ignore[attr-defined]
         passages["problem"], passages["steps"] = which, steps
         passages["begin"], passages["end"] = begin * self.period[which], end * self.period[which]
-        kernel = _kernel(self.system, held)
         results, measures = np.empty((len(which), 7)), no_measures(len(which))
-
-        def work(part: slice) -> None:
-            self._launch(kernel, passages[part], states[part], results[part], measures[part])
-
-        parts = [slice(i, i + SHARE) for i in range(0, len(which), SHARE)] if len(which) > 2 * SHARE else _halves(which)
-        if len(parts) == 1:
-            work(parts[0])
-        else:
-            list(_threads().map(work, parts))
+        work: list[Callable[[], None]] = []
+        for number in np.unique(self._system[which]):
+            kernel, every = _kernel(self.systems[number], held), np.flatnonzero(self._system[which] == number)
+            launch = partial(self._launch, kernel, self._surroundings[number], passages, states, results, measures)
+            work += [partial(launch, every[part]) for part in _parts(passages["steps"][every])]
+        _done_together(work, self.watch)
         return results, measures
 
     def _launch(
-        self, kernel: wp.Kernel, passages: NDArray[np.void], states: Floats, results: Floats, measures: Measured
+        self,
+        kernel: wp.Kernel,
+        surroundings: wp.array,
+        passages: NDArray[np.void],
+        states: Floats,
+        results: Floats,
+        measures: Measured,
+        part: Ints,
     ) -> None:
-        out = wp.zeros(len(passages), dtype=State, device="cpu"), wp.zeros(len(passages), dtype=Measures, device="cpu")
-        given = wp.array(passages, dtype=Passage, device="cpu"), wp.array(states, dtype=State, device="cpu")
-        wp.launch(kernel, dim=len(passages), inputs=[*self._arrays, *given, *out], device="cpu")
-        results[:], measures[:] = out[0].numpy(), out[1].numpy()
+        """Make the passages numbered ``part``, and write their results in their places."""
+        out = wp.zeros(part.size, dtype=State, device="cpu"), wp.zeros(part.size, dtype=Measures, device="cpu")
+        given = wp.array(passages[part], dtype=Passage, device="cpu"), wp.array(states[part], dtype=State, device="cpu")
+        wp.launch(kernel, dim=part.size, inputs=[self._bodies, surroundings, *self._others, *given, *out], device="cpu")
+        results[part], measures[part] = out[0].numpy(), out[1].numpy()
 
     def map(self, which: Ints, states: Floats, *, periods: int = 1, held: bool = False) -> tuple[Floats, Measured]:
         """States after some whole periods, and the measures of the last one."""
@@ -214,12 +225,37 @@ def no_measures(count: int) -> Measured:
     return np.zeros(count, dtype=dtype)
 
 
-def _halves(which: Ints) -> list[slice]:
-    """Parts for the threads of a small batch: handing over costs as much as some thirty passages take."""
-    count = len(which)
-    parts = min(os.cpu_count() or 1, max(1, count // 32))
-    edges = [count * i // parts for i in range(parts + 1)]
-    return [slice(a, b) for a, b in pairwise(edges)]
+def _parts(steps: Ints) -> list[slice]:
+    """Parts of a batch of passages of so many steps (n,) for the threads, each short enough for one launch.
+
+    A small batch is cut into as few parts as there are cores: handing over costs as much as thirty passages take.
+    """
+    count = len(steps)
+    parts = -(-count // SHARE) if count > 2 * SHARE else min(os.cpu_count() or 1, max(1, count // 32))
+    even = np.array([SHARE * i if count > 2 * SHARE else count * i // parts for i in range(parts)] + [count])
+    full = 1 + np.flatnonzero(np.diff(np.cumsum(steps, dtype=np.int64) // LAUNCH_STEPS))
+    return [slice(a, b) for a, b in pairwise(np.union1d(even, full).tolist())]
+
+
+def _done_together(work: Sequence[Callable[[], None]], watch: Watch) -> None:
+    """Do all work on as many threads as there are cores; none is left when this returns or raises."""
+    workers = min(os.cpu_count() or 1, len(work))
+    if workers == 1:
+        for each in work:
+            each()
+            watch.pulse()
+        return
+    pool = ThreadPoolExecutor(workers, thread_name_prefix="helimag-orbits")
+    try:
+        futures = [pool.submit(each) for each in work]
+        pending = set(futures)
+        while pending:
+            _, pending = wait(pending, timeout=INTERVAL)
+            watch.pulse()
+        for future in futures:
+            future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _packed_bodies(scenarios: Sequence[Scenario]) -> tuple[NDArray[np.void], Floats]:

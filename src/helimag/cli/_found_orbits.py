@@ -1,0 +1,105 @@
+"""What the commands about orbits and their branches print: as one JSON object, and in words."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from helimag.cli._orbit_reports import files_report, print_files
+from helimag.cli._shared import degrees, print_json
+
+if TYPE_CHECKING:
+    from helimag.orbits import Branch, Orbit
+    from helimag.scenario import Scenario
+
+Warnings = list[dict[str, Any]]
+
+
+def orbit_report(orbit: "Orbit") -> dict[str, Any]:
+    return {
+        "found": orbit.found,
+        "stable": orbit.stable,
+        "status": str(orbit.status),
+        "reason": orbit.text,
+        "position_m": orbit.position.tolist() if orbit.found else None,
+        "state": orbit.state.tolist() if orbit.found else None,
+        "multipliers": [[m.real, m.imag] for m in orbit.multipliers],
+        "rates_per_s": [[r.real, r.imag] for r in orbit.rates],
+        "attack_angle_deg": degrees(orbit.attack_angle) if orbit.found else None,
+        "wobble_deg": degrees(orbit.wobble) if orbit.found else None,
+        "radius_m": orbit.radius if math.isfinite(orbit.radius) else None,
+        "speed_m_per_s": orbit.speed if orbit.found else None,
+        "position_error_m": orbit.position_error if math.isfinite(orbit.position_error) else None,
+    }
+
+
+def print_orbit(orbit: "Orbit", warnings: Warnings, json: bool) -> None:
+    if json:
+        print_json(orbit_report(orbit) | {"warnings": warnings})
+        return
+    print(f"{orbit.scenario.name}: {orbit.text}")
+    if orbit.found:
+        rates = ", ".join(_shown(rate) for rate in orbit.rates if rate.imag >= 0.0)
+        print(f"  rates         {rates} per second")
+        print(
+            f"  attack angle  {degrees(orbit.attack_angle):.1f} deg, wobble {degrees(orbit.wobble):.1f} deg over a turn"
+        )
+        circle = f"radius {1e3 * orbit.radius:.2f} mm, " if math.isfinite(orbit.radius) else ""
+        print(f"  path          {circle}speed {1e3 * orbit.speed:.3f} mm/s")
+        print(f"  place         known to {1e9 * orbit.position_error:.1g} nm in the integration")
+
+
+def _shown(rate: complex) -> str:
+    return f"{rate.real:.4g} ± {rate.imag:.4g}i" if rate.imag > 0.0 else f"{rate.real:.4g}"
+
+
+def print_orbits(scenario: "Scenario", found: "list[Orbit]", warnings: Warnings, json: bool) -> None:
+    if json:
+        print_json({"orbits": [orbit_report(orbit) for orbit in found], "warnings": warnings})
+        return
+    print(f"{scenario.name}: {len(found)} orbits found")
+    for orbit in found:
+        print(f"  {orbit.text}")
+
+
+def print_branches(
+    orbit: "Orbit", path: str, branches: "list[Branch]", output: list[Path] | None, warnings: Warnings, json: bool
+) -> None:
+    from helimag import orbits
+
+    segments = [segment for branch in branches for segment in orbits.stable_segments(branch)]
+    if json:
+        intervals = [{"low": s.low, "high": s.high, "why_low": s.why_low, "why_high": s.why_high} for s in segments]
+        print_json(
+            {
+                "input": path,
+                "stable_intervals": intervals,
+                "branches": [_branch_report(branch) for branch in branches],
+                "warnings": warnings,
+            }
+            | files_report(output if branches else None)
+        )
+        return
+    print(f"{orbit.scenario.name}: {orbit.text}")
+    for segment in segments:
+        print(f"  {segment.text}")
+    if not segments:
+        print("  nowhere stable in this range, as far as the search goes")
+    for branch in branches:
+        print("  branch " + branch.text.replace("\n", "\n  "))
+    print_files(output if branches else None)
+
+
+def _branch_report(branch: "Branch") -> dict[str, Any]:
+    return {
+        "changes": [{"kind": str(event.kind), "value": event.value} for event in branch.events],
+        "ends": list(branch.ends),
+        "points": [
+            {
+                "value": point.value,
+                "position_m": point.orbit.position.tolist(),
+                "stable": point.orbit.stable,
+                "leading_rate_per_s": [point.orbit.rates[0].real, point.orbit.rates[0].imag],
+            }
+            for point in branch.points
+        ],
+    }

@@ -1,0 +1,104 @@
+"""The command that chooses inputs: design."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from helimag.cli._found_orbits import orbit_report
+from helimag.cli._shared import (
+    Changes,
+    Json,
+    ScenarioName,
+    check_target,
+    input_range,
+    print_json,
+    progress_bar,
+    quantity,
+    scenario_from,
+)
+
+if TYPE_CHECKING:
+    from helimag.design import Design
+
+
+def design(
+    scenario: ScenarioName,
+    *,
+    changes: Changes = None,
+    speed: str | None = None,
+    radius: str | None = None,
+    limit: Annotated[
+        list[str] | None,
+        Parameter(
+            name="--limit",
+            negative="",
+            consume_multiple=False,
+            help='An input to choose with its range, such as --limit drive.pitch="5 deg..15 deg". May be repeated.',
+        ),
+    ] = None,
+    runs: int = 200,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    json: Json = False,
+) -> None:
+    """Find inputs whose orbit is stable with the largest margin, with tolerances that full runs confirm.
+
+    Parameters
+    ----------
+    speed
+        Wanted of the device, such as "0.5 mm/s".
+    radius
+        Wanted of its circle, such as "12 mm".
+    runs
+        How many full runs, all inputs off at once, must stay bounded.
+    output
+        Write the designed scenario to this TOML file.
+    """
+    if output is not None:
+        check_target(output)
+    from helimag import quantities
+    from helimag.design import design as find_inputs
+    from helimag.files import replacing
+
+    chosen = scenario_from(scenario, changes)
+    limits = dict(input_range("--limit", chosen, text) for text in limit) if limit else None
+    with progress_bar(f"designing {chosen.name}") as progress:
+        result = find_inputs(
+            chosen,
+            speed=None if speed is None else quantity("--speed", speed, quantities.VELOCITY),
+            radius=None if radius is None else quantity("--radius", radius, quantities.LENGTH),
+            limits=limits,
+            runs=runs,
+            progress=progress,
+        )
+    if output is not None:
+        with replacing(output) as beside:
+            beside.write_text(result.scenario.to_toml(), encoding="utf-8")
+    if json:
+        print_json(_report(result))
+        return
+    print(result.text)
+    if output is not None:
+        print(f"written to {output}")
+
+
+def _report(result: "Design") -> dict[str, Any]:
+    from helimag.scenario import Input
+
+    inputs = {
+        path: {
+            "value": Input(path).value(result.scenario),
+            "tolerance": half,
+            "stable_low": result.intervals[path].low,
+            "stable_high": result.intervals[path].high,
+        }
+        for path, half in result.tolerances.items()
+    }
+    verdicts = {str(verdict): count for verdict, count in result.verdicts.items()}
+    return {
+        "inputs": inputs,
+        "runs": verdicts,
+        "runs_duration_s": result.duration,
+        "on_orbit": result.on_orbit,
+        "orbit": orbit_report(result.orbit),
+    }
