@@ -183,6 +183,8 @@ def test_magnets_of_different_fields_share_a_batch(orbit: hm.Orbit) -> None:
         for a, b in zip(alone, together, strict=True):
             assert np.array_equal(a, b[mine])
     assert not np.array_equal(together[0][0], Problem([dipole]).map(which[1:2], states[:1])[0][0])
+    nothing = Problem([dipole]).map(which[:0], states[:0])
+    assert [part.shape for part in nothing] == [(0, 7), (0, 11)]
 
 
 def test_launches_are_short_whatever_the_steps(orbit: hm.Orbit, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,7 +196,7 @@ def test_launches_are_short_whatever_the_steps(orbit: hm.Orbit, monkeypatch: pyt
     whole = Problem([orbit.scenario]).map(which, states)
     counts: list[int] = []
     launch = Problem._launch
-    monkeypatch.setattr(Problem, "_launch", lambda *args: (counts.append(args[-1].size), launch(*args)))
+    monkeypatch.setattr(Problem, "_launch", lambda *args: (counts.append(len(args[4][args[-1]])), launch(*args)))
     monkeypatch.setattr(problem, "LAUNCH_STEPS", 100)
     cut = Problem([orbit.scenario]).map(which, states)
     steps = int(Problem([orbit.scenario]).steps(which, states).max())

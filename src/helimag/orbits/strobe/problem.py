@@ -41,6 +41,7 @@ STEPS_PER_TURN = 12  # at least
 DECAY_PER_STEP = 2.5  # at most: step times the fastest relaxation of the roll (DOP853 is stable up to about 6)
 MOST_STEPS = 4000
 SHARE = 64  # passages a thread takes at a time, at most
+THREADED_STEPS = 4096  # of a batch, some 7 ms of work, before it is worth beginning threads
 LAUNCH_STEPS = 16384  # and steps, some 30 ms of work: a launch cannot be interrupted
 
 
@@ -143,13 +144,20 @@ class Problem:
         passages["problem"], passages["steps"] = which, steps
         passages["begin"], passages["end"] = begin * self.period[which], end * self.period[which]
         results, measures = np.empty((len(which), 7)), no_measures(len(which))
-        work: list[Callable[[], None]] = []
-        for number in np.unique(self._system[which]):
-            kernel, every = _kernel(self.systems[number], held), np.flatnonzero(self._system[which] == number)
-            launch = partial(self._launch, kernel, self._surroundings[number], passages, states, results, measures)
-            work += [partial(launch, every[part]) for part in _parts(passages["steps"][every])]
+        work = [
+            partial(self._launch, _kernel(system, held), around, passages, states, results, measures, part)
+            for number, (system, around) in enumerate(zip(self.systems, self._surroundings, strict=True))
+            for part in self._parts(which, steps, number)
+        ]
         _done_together(work, self.watch)
         return results, measures
+
+    def _parts(self, which: Ints, steps: Ints, system: int) -> list[slice] | list[Ints]:
+        """Parts of a batch for one launch each, of those with these formulas."""
+        if len(self.systems) == 1:
+            return _cut(steps)
+        every = np.flatnonzero(self._system[which] == system)
+        return [every[part] for part in _cut(steps[every])]
 
     def _launch(
         self,
@@ -159,12 +167,13 @@ class Problem:
         states: Floats,
         results: Floats,
         measures: Measured,
-        part: Ints,
+        part: slice | Ints,
     ) -> None:
         """Make the passages numbered ``part``, and write their results in their places."""
-        out = wp.zeros(part.size, dtype=State, device="cpu"), wp.zeros(part.size, dtype=Measures, device="cpu")
+        count = len(states[part])
+        out = wp.zeros(count, dtype=State, device="cpu"), wp.zeros(count, dtype=Measures, device="cpu")
         given = wp.array(passages[part], dtype=Passage, device="cpu"), wp.array(states[part], dtype=State, device="cpu")
-        wp.launch(kernel, dim=part.size, inputs=[self._bodies, surroundings, *self._others, *given, *out], device="cpu")
+        wp.launch(kernel, dim=count, inputs=[self._bodies, surroundings, *self._others, *given, *out], device="cpu")
         results[part], measures[part] = out[0].numpy(), out[1].numpy()
 
     def map(self, which: Ints, states: Floats, *, periods: int = 1, held: bool = False) -> tuple[Floats, Measured]:
@@ -225,12 +234,11 @@ def no_measures(count: int) -> Measured:
     return np.zeros(count, dtype=dtype)
 
 
-def _parts(steps: Ints) -> list[slice]:
-    """Parts of a batch of passages of so many steps (n,) for the threads, each short enough for one launch.
-
-    A small batch is cut into as few parts as there are cores: handing over costs as much as thirty passages take.
-    """
-    count = len(steps)
+def _cut(steps: Ints) -> list[slice]:
+    """Parts of a batch of passages of so many steps (n,) for the threads, each short enough for one launch."""
+    count, total = len(steps), int(steps.sum())
+    if total < min(THREADED_STEPS, LAUNCH_STEPS):
+        return [slice(0, count)]
     parts = -(-count // SHARE) if count > 2 * SHARE else min(os.cpu_count() or 1, max(1, count // 32))
     even = np.array([SHARE * i if count > 2 * SHARE else count * i // parts for i in range(parts)] + [count])
     full = 1 + np.flatnonzero(np.diff(np.cumsum(steps, dtype=np.int64) // LAUNCH_STEPS))
@@ -240,7 +248,7 @@ def _parts(steps: Ints) -> list[slice]:
 def _done_together(work: Sequence[Callable[[], None]], watch: Watch) -> None:
     """Do all work on as many threads as there are cores; none is left when this returns or raises."""
     workers = min(os.cpu_count() or 1, len(work))
-    if workers == 1:
+    if workers <= 1:
         for each in work:
             each()
             watch.pulse()
