@@ -43,7 +43,7 @@ INSIDE = {
 
 
 # rooms inside a room, from the ground up: each imports from lower ones only, and by what they export
-INNER = {"orbits": ["strobe", "curves", "slow_flow", "beside_runs", "datasets"]}
+INNER = {"orbits": ["strobe", "curves", "averaged", "beside_runs", "datasets"]}
 
 
 def room_of(parts):
