@@ -42,9 +42,9 @@ INSIDE = {
     "orbits": {
         "strobe": set(),
         "curves": {"strobe"},
-        "slow_flow": {"strobe"},
-        "beside_runs": {"strobe", "curves", "slow_flow"},
-        "datasets": {"strobe", "curves", "slow_flow", "beside_runs"},
+        "averaged": {"strobe"},
+        "beside_runs": {"strobe", "curves", "averaged"},
+        "datasets": {"strobe", "curves", "averaged", "beside_runs"},
     },
 }
 

@@ -9,7 +9,7 @@ import pytest
 import helimag as hm
 from helimag import orbits
 from helimag.orbits import OrbitComparison, OrbitStatus
-from helimag.orbits.slow_flow import paths
+from helimag.orbits.averaged import paths
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_the_averaged_model_is_measured_at_two_nodes_off_the_orbit(
 
 
 def test_a_basin_by_flow_is_that_of_a_flow_half_as_wide_again(orbit: hm.Orbit, monkeypatch: pytest.MonkeyPatch) -> None:
-    from helimag.orbits.slow_flow import attraction
+    from helimag.orbits.averaged import attraction
 
     monkeypatch.setattr(attraction, "ENGINE_NODES", 7)
     asked = []

@@ -29,7 +29,7 @@ from helimag.orbits import (
     slow_flow,
     stability_map,
 )
-from helimag.orbits.slow_flow import SlowFlow, attraction
+from helimag.orbits.averaged import SlowFlow, attraction
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
 SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]

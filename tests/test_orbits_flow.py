@@ -15,7 +15,7 @@ from helimag.orbits import (
     basin_dataset,
     slow_flow,
 )
-from helimag.orbits.slow_flow import SlowFlow, attraction, comes_to
+from helimag.orbits.averaged import SlowFlow, attraction, comes_to
 from helimag.outcomes import BasinEnd, End, Verdict
 
 

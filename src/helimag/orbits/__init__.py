@@ -1,5 +1,24 @@
 """Orbits: what a run repeats turn by turn in the frame of the drive, whether it attracts, and where that ends."""
 
+from helimag.orbits.averaged import (
+    Agreement,
+    AveragingError,
+    Basin,
+    Counterpart,
+    FixedPoint,
+    SlowFlow,
+    agreement,
+    averaged_paths,
+    averaged_rates,
+    averaging_error,
+    averaging_errors,
+    basin,
+    basin_by_flow,
+    box_around,
+    counterparts,
+    fixed_points,
+    slow_flow,
+)
 from helimag.orbits.beside_runs import (
     ObservedGrowth,
     OrbitCase,
@@ -36,25 +55,6 @@ from helimag.orbits.datasets import (
     flow_dataset,
     map_dataset,
     save_dataset,
-)
-from helimag.orbits.slow_flow import (
-    Agreement,
-    AveragingError,
-    Basin,
-    Counterpart,
-    FixedPoint,
-    SlowFlow,
-    agreement,
-    averaged_paths,
-    averaged_rates,
-    averaging_error,
-    averaging_errors,
-    basin,
-    basin_by_flow,
-    box_around,
-    counterparts,
-    fixed_points,
-    slow_flow,
 )
 from helimag.orbits.strobe import Floats, Orbit, Watch, chart, find_orbit, find_orbits, list_orbits
 from helimag.outcomes import Future, OrbitStatus, Why

@@ -3,5 +3,6 @@
 from helimag.hydrodynamics.boundary.cache import solution
 from helimag.hydrodynamics.boundary.refine import Solution
 from helimag.hydrodynamics.boundary.solve import Plane
+from helimag.hydrodynamics.boundary.tables import WallTable, wall_table
 
-__all__ = ["Plane", "Solution", "solution"]
+__all__ = ["Plane", "Solution", "WallTable", "solution", "wall_table"]

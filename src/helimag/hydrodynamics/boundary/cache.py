@@ -3,6 +3,7 @@
 import contextlib
 import hashlib
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ def solution(device: Device, plane: Plane | None = None) -> Solution:
         Where the device's body is no closed surface, where it reaches through the plane, or where the tolerance is out
         of reach.
     """
-    key = hashlib.sha256(_question(device, plane).encode()).hexdigest()
+    key = hashlib.sha256(question(device, plane).encode()).hexdigest()
     if key not in _memory:
         path = folder() / f"{key}.json"
         found = _read(path)
@@ -60,7 +61,7 @@ def folder() -> Path:
     return user_cache_path("helimag") / "resistance"
 
 
-def _question(device: Device, plane: Plane | None) -> str:
+def question(device: Device, plane: Plane | None) -> str:
     """All that decides a solution, as text."""
     body = None if device.body is None else device.body.model_dump(exclude={"file"})
     helix = None if device.helix is None else device.helix.model_dump()
@@ -81,10 +82,19 @@ def _write(path: Path, found: Solution) -> None:
         "triangles": found.triangles,
         "levels": [level.tolist() for level in found.levels],
     }
-    with contextlib.suppress(FileError, OSError):  # a cache that cannot be written is no error
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as beside:
-            beside.write_text(json.dumps(data), encoding="utf-8")
+    with contextlib.suppress(FileError, OSError), kept_at(path) as beside:
+        beside.write_text(json.dumps(data), encoding="utf-8")
+
+
+@contextlib.contextmanager
+def kept_at(path: Path) -> Iterator[Path]:
+    """Give a file to write that becomes a file of the cache when the block has succeeded.
+
+    A cache that cannot be written raises FileError or OSError; the caller's result is none the worse for it.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as beside:
+        yield beside
 
 
 def _read(path: Path) -> Solution | None:

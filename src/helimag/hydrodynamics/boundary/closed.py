@@ -10,6 +10,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.intp]
 
 SAME = 1e-6  # corners closer than this share of the body's size are one
+FLAT = 1e-9  # sine of an angle, below which a line counts as lying in a plane
 NAMED = 3  # places named in a message
 
 
@@ -107,7 +108,8 @@ def _hit(triangles: Floats, start: Floats, way: Floats) -> NDArray[np.bool_]:
     first, second = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     across = np.cross(way, second)
     spread = np.einsum("ni,ni->n", first, across)
-    parallel = spread == 0.0
+    size = [np.linalg.norm(vector, axis=1) for vector in (first, second, way)]
+    parallel = np.abs(spread) <= FLAT * size[0] * size[1] * size[2]  # touching neighbours in one plane do not cross
     scale = 1.0 / np.where(parallel, 1.0, spread)
     from_corner = start - triangles[:, 0]
     u = scale * np.einsum("ni,ni->n", from_corner, across)

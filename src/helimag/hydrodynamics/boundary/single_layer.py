@@ -9,21 +9,23 @@ from numpy.typing import NDArray
 
 from helimag.hydrodynamics.boundary.kernels import ImageKernel, stokeslet
 from helimag.hydrodynamics.boundary.mesh import Mesh
-from helimag.hydrodynamics.boundary.triangles import SIX, THREE, stokeslet_mean
+from helimag.hydrodynamics.boundary.triangles import SIX, THREE, TWELVE, TWENTY_FOUR, Rule, stokeslet_mean
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.intp]
 
 NEAR = 2.0  # triangles closer than this many times the sum of their sizes are integrated in closed form
+CLOSE = 1.0  # as above: only these can touch
 ENTRIES = 1 << 16  # pairs at a time: what a processor's cache holds
 NEAR_PAIRS = 20_000  # at a time
+IMAGE_PAIRS = 1_000  # at a time
 
 
 def galerkin_matrix(mesh: Mesh) -> Floats:
     """Velocity per force, times 8 pi mu (1/m): entry [a, i, b, j] is component a on triangle i, force b on triangle j.
 
-    Far pairs by 3 x 3 Gauss points; near ones in closed form over the one triangle and 6 points on the other, both ways
-    round.
+    Far pairs by 3 x 3 Gauss points; near ones in closed form over the one triangle and 6 points on the other, 24 where
+    they may touch, both ways round.
 
     Parameters
     ----------
@@ -40,36 +42,48 @@ def galerkin_matrix(mesh: Mesh) -> Floats:
     rows = max(1, ENTRIES // count)
     for start in range(0, count, rows):
         _fill_far(matrix, mesh, slice(start, min(count, start + rows)))
-    one, other = near_pairs(mesh)
-    for start in range(0, len(one), NEAR_PAIRS):
-        piece = slice(start, start + NEAR_PAIRS)
-        _fill_near(matrix, mesh.corners, one[piece], other[piece])
+    one, other, close = near_pairs(mesh)
+    for which, rule in ((~close, SIX), (close, TWENTY_FOUR)):
+        first, second = one[which], other[which]
+        for start in range(0, len(first), NEAR_PAIRS):
+            piece = slice(start, start + NEAR_PAIRS)
+            _fill_near(matrix, mesh.corners, first[piece], second[piece], rule)
     return matrix
 
 
 def image_matrix(mesh: Mesh, image: ImageKernel) -> Floats:
     """What a plane at z = 0 adds to `galerkin_matrix` of a surface at z > 0.
 
-    By 3 x 3 Gauss points: an image is smooth unless a triangle is closer to the plane than its own size.
+    By 3 x 3 Gauss points, by 12 x 12 where a triangle is as near to another's mirror image as to a neighbour: that
+    serves down to gaps of about a quarter of a triangle's size.
     """
     count = len(mesh)
     matrix = np.empty((3, count, 3, count))
     rows = max(1, ENTRIES // count)
     for start in range(0, count, rows):
         _fill_image(matrix, mesh, slice(start, min(count, start + rows)), image)
+    one, other = _near_images(mesh)
+    for start in range(0, len(one), IMAGE_PAIRS):
+        piece = slice(start, start + IMAGE_PAIRS)
+        _refine_image(matrix, mesh.corners, one[piece], other[piece], image)
     return matrix
 
 
-def near_pairs(mesh: Mesh) -> tuple[Integers, Integers]:
-    """Numbers of the triangles of each near pair, the first not the greater; a triangle is near itself."""
+def near_pairs(mesh: Mesh) -> tuple[Integers, Integers, NDArray[np.bool_]]:
+    """Numbers of the triangles of each near pair, the first not the greater, and whether they may touch.
+
+    A triangle is near itself.
+    """
     from scipy.spatial import cKDTree
 
     centroids, sizes = mesh.centroids, mesh.sizes
     pairs = cKDTree(centroids).query_pairs(2.0 * NEAR * float(sizes.max()), output_type="ndarray")
     gap = np.linalg.norm(centroids[pairs[:, 0]] - centroids[pairs[:, 1]], axis=1)
-    pairs = pairs[gap < NEAR * sizes[pairs].sum(axis=1)]
-    self_pairs = np.arange(len(mesh))
-    return np.concatenate([self_pairs, pairs[:, 0]]), np.concatenate([self_pairs, pairs[:, 1]])
+    share = gap / sizes[pairs].sum(axis=1)
+    itself = np.arange(len(mesh))
+    pairs = np.concatenate([np.stack([itself, itself], axis=1), pairs[share < NEAR]])
+    close = np.concatenate([np.ones(len(mesh), dtype=np.bool_), share[share < NEAR] < CLOSE])
+    return pairs[:, 0], pairs[:, 1], close
 
 
 def _fill_far(matrix: Floats, mesh: Mesh, rows: slice) -> None:
@@ -92,9 +106,9 @@ def _fill_far(matrix: Floats, mesh: Mesh, rows: slice) -> None:
             matrix[c, rows.start :, d, rows] = total[k].T
 
 
-def _fill_near(matrix: Floats, corners: Floats, one: Integers, other: Integers) -> None:
+def _fill_near(matrix: Floats, corners: Floats, one: Integers, other: Integers, rule: Rule) -> None:
     block = np.zeros((len(one), 3, 3))
-    for place, weight in zip(*SIX, strict=True):
+    for place, weight in zip(*rule, strict=True):
         block += weight / 2.0 * stokeslet_mean(place @ corners[one], corners[other])
         block += weight / 2.0 * stokeslet_mean(place @ corners[other], corners[one])
     block = (block + block.transpose(0, 2, 1)) / 2.0
@@ -125,3 +139,31 @@ def _fill_image(matrix: Floats, mesh: Mesh, rows: slice, image: ImageKernel) -> 
         for b in range(3):
             matrix[a, rows, b, columns] = total[a, b]
             matrix[b, rows.stop :, a, rows] = total[a, b, :, inside:].T
+
+
+def _near_images(mesh: Mesh) -> tuple[Integers, Integers]:
+    """Numbers of triangles of which one is near the mirror image of the other, the first not the greater."""
+    from scipy.spatial import cKDTree
+
+    sizes, centroids = mesh.sizes, mesh.centroids
+    mirrored = centroids * np.array([1.0, 1.0, -1.0])
+    found = cKDTree(centroids).query_ball_point(mirrored, NEAR * (sizes + float(sizes.max())))
+    other = np.repeat(np.arange(len(mesh)), [len(near) for near in found])
+    one = np.concatenate([np.array(near, dtype=np.intp) for near in found])
+    gap = np.linalg.norm(centroids[one] - mirrored[other], axis=1)
+    near_pair = (one <= other) & (gap < NEAR * (sizes[one] + sizes[other]))
+    return one[near_pair], other[near_pair]
+
+
+def _refine_image(matrix: Floats, corners: Floats, one: Integers, other: Integers, image: ImageKernel) -> None:
+    """The plane's part of some pairs anew, by 12 x 12 points."""
+    here, there = (np.einsum("qk,nki->nqi", TWELVE[0], corners[which]) for which in (one, other))
+    x, y = (here[:, :, None, k] - there[:, None, :, k] for k in range(2))
+    tensor = image(x, y, here[:, :, None, 2], there[:, None, :, 2])
+    block = np.array([[entry.mean(axis=(1, 2)) for entry in row] for row in tensor])
+    itself = one == other
+    block[:, :, itself] = (block + block.transpose(1, 0, 2))[:, :, itself] / 2.0
+    for a in range(3):
+        for b in range(3):
+            matrix[a, one, b, other] = block[a, b]
+            matrix[b, other, a, one] = block[a, b]

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Rule = tuple[Floats, Floats]  # barycentric places (n, 3) and weights (n,) that sum to 1
 
 # D. A. Dunavant, Int. J. Numer. Meth. Eng. 21 (1985) 1129: barycentric places and weights, exact for degree 2 and 4
 _FIRST, _SECOND = (0.108103018168070, 0.445948490915965), (0.816847572980459, 0.091576213509771)
@@ -13,11 +14,21 @@ def _orbit(corner: float, other: float) -> Floats:
     return np.array([[corner, other, other], [other, corner, other], [other, other, corner]])
 
 
+def _quartered(rule: Rule) -> Rule:
+    """A rule on each of the four triangles that a triangle's middles of edges make."""
+    places, weights = rule
+    half = np.eye(3) / 2.0
+    corners = [np.array([half[k] + half[j] for j in range(3)]) for k in range(3)]
+    middles = np.array([half[0] + half[1], half[1] + half[2], half[2] + half[0]])
+    return np.concatenate([places @ quarter for quarter in (*corners, middles)]), np.tile(weights / 4.0, 4)
+
+
 THREE = _orbit(2.0 / 3.0, 1.0 / 6.0), np.full(3, 1.0 / 3.0)
 SIX = (
     np.concatenate([_orbit(*_FIRST), _orbit(*_SECOND)]),
     np.concatenate([np.full(3, 0.223381589678011), np.full(3, 0.109951743655322)]),
 )
+TWELVE, TWENTY_FOUR = _quartered(THREE), _quartered(SIX)
 
 
 def stokeslet_mean(points: Floats, corners: Floats) -> Floats:

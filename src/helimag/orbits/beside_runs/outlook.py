@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from helimag.errors import InputError
+from helimag.orbits.averaged import comes_to
 from helimag.orbits.beside_runs.closed_curve import swinging
-from helimag.orbits.slow_flow import comes_to
 from helimag.orbits.strobe import (
     Floats,
     Orbit,

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from helimag.orbits.averaged import Agreement, Basin, Counterpart, SlowFlow
 from helimag.orbits.datasets.variables import ATTITUDE, PLACE, dataset_of, flags, number, places_along, terms
-from helimag.orbits.slow_flow import Agreement, Basin, Counterpart, SlowFlow
 from helimag.outcomes import BasinEnd
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from helimag.orbits.slow_flow.averaging import SlowFlow
+from helimag.orbits.averaged.averaging import SlowFlow
 from helimag.orbits.strobe import Floats, Orbit, Watch, strobed
 
 SAMPLES = 300  # of a full run that the averaged model is compared with

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.orbits.slow_flow.attraction import Basin, ends_of_runs
+from helimag.orbits.averaged.attraction import Basin, ends_of_runs
 from helimag.orbits.strobe import Watch
 from helimag.outcomes import BasinEnd
 from helimag.runs.shares import wilson

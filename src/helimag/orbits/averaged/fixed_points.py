@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.orbits.slow_flow.averaging import SlowFlow
+from helimag.orbits.averaged.averaging import SlowFlow
 from helimag.orbits.strobe import Floats, Orbit, Problem, Watch, sense_of, settle
 
 ITERATIONS = 40

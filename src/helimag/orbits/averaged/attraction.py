@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.orbits.slow_flow.averaging import SlowFlow, slow_flow
-from helimag.orbits.slow_flow.paths import averaged_paths
+from helimag.orbits.averaged.averaging import SlowFlow, slow_flow
+from helimag.orbits.averaged.paths import averaged_paths
 from helimag.orbits.strobe import Floats, Orbit, Problem, Watch, attitudes, open_water, sense_of, settle, strobed
 from helimag.outcomes import BasinEnd
 
