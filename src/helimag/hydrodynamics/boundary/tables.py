@@ -145,7 +145,7 @@ def make_table(
                 distance = gap + float(reach[side, column])
                 added = _mean_over_roll(mesh, open_water, kind, tilt, distance, rolls) - free
                 values[side, row, column] = added * (distance + middle * math.sin(tilt))
-    return WallTable(kind, middle, nodes, panels, _padded(reach, 1), _padded(_padded(values, 1), 2))
+    return WallTable(kind, middle, nodes, panels, padded(reach, 1), padded(padded(values, 1), 2))
 
 
 def _mean_over_roll(
@@ -183,7 +183,7 @@ def _equal_tilt(x: Floats, r: Floats, middle: float) -> float:
     return turning
 
 
-def _padded(values: Floats, axis: int) -> Floats:
+def padded(values: Floats, axis: int) -> Floats:
     """The values with one more row beyond each end of an axis, on the parabola through the last three."""
     along = np.moveaxis(values, axis, 0)
     first = 3.0 * along[0] - 3.0 * along[1] + along[2]
