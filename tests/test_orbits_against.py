@@ -15,7 +15,7 @@ from helimag.cli import main
 from helimag.cli.orbit_against import _inputs
 from helimag.orbits import OrbitComparison, Why, compare_with_orbits, comparison_dataset, stable_segments, survey
 from helimag.orbits.beside_runs.against import _why, away_from_boundary
-from helimag.orbits.curves import Spread
+from helimag.orbits.curves import OrbitGrid
 from helimag.orbits.strobe import Watch, open_water
 from helimag.outcomes import End, Verdict
 from helimag.sweeps import Nodes, nodes_of
@@ -54,7 +54,7 @@ def test_spread_over_three_inputs_finds_what_is_found_one_by_one() -> None:
     def scenario_at(node: tuple[int, ...]) -> hm.Scenario:
         return base.replaced({path: line[i] for (path, line), i in zip(values.items(), node, strict=True)})
 
-    found = Spread(scenario_at, (3, 3, 2), length=0.15)
+    found = OrbitGrid(scenario_at, (3, 3, 2), length=0.15)
     found.seek_all_over(Watch())
     found.spread(Watch())
     for node in ((0, 0, 0), (2, 1, 1), (2, 2, 0)):
@@ -69,7 +69,7 @@ def test_spread_over_three_inputs_finds_what_is_found_one_by_one() -> None:
 def test_seeds_are_sought_on_a_grid_of_starts_where_runs_lead_to_none() -> None:
     """At 3.3 Hz and 8 degrees a run from the usual start leaves, though there is a stable orbit."""
     scenario = hm.load("paper/fig3c").replaced({"drive.pitch": "8 deg"})
-    found = Spread(lambda _: scenario, (1,), length=0.15)
+    found = OrbitGrid(lambda _: scenario, (1,), length=0.15)
     found.seek((0,), Watch())
     assert not found.stable.any()
     found.seek_all_over(Watch())

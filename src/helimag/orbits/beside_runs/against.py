@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from helimag.engine import History, advance
 from helimag.errors import InputError
 from helimag.orbits.beside_runs.closed_curve import swinging
-from helimag.orbits.curves import Node, Spread, StabilityMap
+from helimag.orbits.curves import Node, OrbitGrid, StabilityMap
 from helimag.orbits.strobe import Floats, Watch, open_water, require_periodic, strobed
 from helimag.outcomes import End, Verdict, Why
 from helimag.scenario import Scenario
@@ -211,9 +211,9 @@ def _orbits(
     verdicts: NDArray[np.str_],
     length: float,
     watch: Watch,
-) -> Spread:
+) -> OrbitGrid:
     """Orbits spread from runs all over the grid, and from runs that stay where none is known yet."""
-    found = Spread(scenario_at, verdicts.shape, length=length)
+    found = OrbitGrid(scenario_at, verdicts.shape, length=length)
     found.seek_all_over(watch.part(0.0, 0.4))
     found.spread(watch.part(0.4, 0.8))
     sought = np.zeros(verdicts.shape, dtype=bool)
@@ -229,7 +229,7 @@ def _orbits(
     return found
 
 
-def _stay_beside(scenarios: Mapping[Node, Scenario], found: Spread, watch: Watch) -> dict[Node, bool]:
+def _stay_beside(scenarios: Mapping[Node, Scenario], found: OrbitGrid, watch: Watch) -> dict[Node, bool]:
     """Whether runs that start beside their stable orbits stay for their scenario's duration."""
     starts = np.array([found.states[node] + BESIDE * np.eye(7)[0] for node in scenarios])
     return {node: _stays(_verdict(run)) for node, run in _run(scenarios, starts, watch).items()}
@@ -238,7 +238,7 @@ def _stay_beside(scenarios: Mapping[Node, Scenario], found: Spread, watch: Watch
 def _cases(
     scenarios: Mapping[Node, Scenario],
     verdicts: NDArray[np.str_],
-    found: Spread,
+    found: OrbitGrid,
     beside: NDArray[np.bool_],
     watch: Watch,
 ) -> list[OrbitCase]:

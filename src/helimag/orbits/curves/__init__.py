@@ -6,7 +6,7 @@ from helimag.orbits.curves.continuation import follow
 from helimag.orbits.curves.crossings import CODIMENSION_TWO
 from helimag.orbits.curves.intervals import StableInterval, stable_interval, stable_segments
 from helimag.orbits.curves.mapping import StabilityMap, seeds_within, stability_map
-from helimag.orbits.curves.spreading import Node, Spread
+from helimag.orbits.curves.spreading import Node, OrbitGrid
 from helimag.orbits.curves.survey import all_branches, survey
 
 __all__ = [
@@ -16,8 +16,8 @@ __all__ = [
     "Change",
     "Event",
     "Node",
+    "OrbitGrid",
     "Point",
-    "Spread",
     "StabilityMap",
     "StableInterval",
     "all_branches",

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.orbits.curves.spreading import Node, Spread
+from helimag.orbits.curves.spreading import Node, OrbitGrid
 from helimag.orbits.strobe import Floats, Orbit, Watch, find_orbit
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input, varied
@@ -110,7 +110,7 @@ def stability_map(
     def scenario_at(node: Node) -> Scenario:
         return varied(scenario, {first[0]: float(values[0][node[0]]), second[0]: float(values[1][node[1]])})
 
-    found = Spread(scenario_at, (values[0].size, values[1].size), length=scenario.drive.distance)
+    found = OrbitGrid(scenario_at, (values[0].size, values[1].size), length=scenario.drive.distance)
     for seed in seeds:
         if seed.stable:
             nearest = [int(np.abs(v - g.value(seed.scenario)).argmin()) for v, g in zip(values, inputs, strict=True)]

@@ -17,7 +17,7 @@ ATTEMPTS = 4  # from different neighbours
 SEEDS_A_SIDE = 3  # nodes at which runs are made to find a first orbit
 
 
-class Spread:
+class OrbitGrid:
     """Orbits known so far at the nodes of a grid; ``length`` (m) is the scale that guesses are extrapolated in.
 
     Attributes

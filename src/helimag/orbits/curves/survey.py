@@ -8,7 +8,7 @@ from helimag.errors import InputError
 from helimag.orbits.curves.branch import Branch
 from helimag.orbits.curves.continuation import follow
 from helimag.orbits.curves.intervals import stable_segments
-from helimag.orbits.curves.spreading import Spread
+from helimag.orbits.curves.spreading import OrbitGrid
 from helimag.orbits.strobe import Orbit, Watch, find_orbit
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input
@@ -52,7 +52,7 @@ def survey(
     given.check(scenario)
     values = np.linspace(low, high, VALUES)
     scenarios = [given.changed(scenario, float(value)) for value in values]
-    found = Spread(lambda node: scenarios[node[0]], (VALUES,), length=scenario.drive.distance)
+    found = OrbitGrid(lambda node: scenarios[node[0]], (VALUES,), length=scenario.drive.distance)
     found.seek_all_over(watch.part(0.0, 0.2))
     found.spread(watch.part(0.2, 0.3))
     following = watch.part(0.3, 1.0)
