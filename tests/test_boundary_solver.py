@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from helimag.errors import InputError
+from helimag.hydrodynamics.boundary import solve
 from helimag.hydrodynamics.boundary.kernels import floor_image, stokeslet, surface_image
 from helimag.hydrodynamics.boundary.mesh import Mesh, bisected, halved, joined, quartered
 from helimag.hydrodynamics.boundary.refine import extrapolated, refined, relative_difference
@@ -52,8 +53,16 @@ def test_stokeslet_over_a_triangle():
     )
 
 
-def test_ball_and_its_order_of_convergence():
+def test_ease_hardly_changes_the_resistance(monkeypatch):
+    with_it = surface_resistance(capsule())
+    monkeypatch.setattr(solve, "EASE", 0.0)
+    without = surface_resistance(capsule())
+    assert 1e-9 < relative_difference(without, with_it) < 2e-4
+
+
+def test_ball_and_its_order_of_convergence(monkeypatch):
     """0.1 % from 80 triangles on; the error falls with the third power of their size."""
+    monkeypatch.setattr(solve, "EASE", 0.0)
     exact = np.diag(ball(1.0, 1.0))
     errors = [np.diag(surface_resistance(sphere(n))) / exact - 1.0 for n in (2, 4, 6)]
     drag = np.array([error[0] for error in errors])

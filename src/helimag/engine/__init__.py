@@ -10,6 +10,7 @@ from helimag.engine.batch import TOLERANCE
 from helimag.engine.control import Control
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
+from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.methods import DOP853, Method
 from helimag.engine.packing import (
     arm_position,
@@ -24,8 +25,6 @@ from helimag.engine.simulation import simulate, simulate_many, trajectory_of
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import (
     MAGNET_MODELS,
-    OPEN_WATER,
-    Medium,
     System,
     build_balance,
     build_load,

@@ -4,15 +4,17 @@ The choice is made when a kernel is built, not by branches in it. A further form
 signature of its kind; nothing else changes.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import warp as wp
 
+from helimag.engine.medium import OPEN_WATER, Medium
+from helimag.engine.walls import NEAR_WALLS
 from helimag.physics import magnetics
-from helimag.physics.balance import Body, OpenWater, load_on, moment_of, nothing_near, open_water
+from helimag.physics.balance import Body, load_on, moment_of
 from helimag.physics.kinematics import (
     RpmPose,
     State,
@@ -26,47 +28,6 @@ from helimag.physics.magnetics import Magnet, phased_axis
 from helimag.scenario import Scenario
 
 MAGNET_MODELS = {"dipole": magnetics.point_dipole, "cylinder": magnetics.cylinder}
-
-
-def _nothing_around(scenarios: Sequence[Scenario], device: str) -> wp.array:
-    """Surroundings of devices in open water."""
-    return wp.zeros(len(scenarios), dtype=OpenWater, device=device)
-
-
-@dataclass(frozen=True)
-class Medium:
-    """What surrounds the device, and how it answers a load there.
-
-    Attributes
-    ----------
-    response
-        ``response(body, here, position, rotation, load)``: velocity (m/s) and angular velocity (rad/s) that a load
-        (N, N m) gives the device, all in the body frame: its mobility, which may depend on where it is.
-    local
-        ``local(surroundings, position, rotation)``: what ``response`` needs to know of the surroundings there
-        (``here``). It is asked once a step, at the step's start: for what changes little while the magnet turns through
-        some twenty degrees and costs too much to ask at every stage.
-    pack
-        ``pack(scenarios, device)``: an array of surroundings, one a scenario, on the device; those of a scenario that
-        is in another medium are never looked at.
-    """
-
-    response: wp.Function = open_water
-    local: wp.Function = nothing_near
-    pack: Callable[[Sequence[Scenario], str], wp.array] = _nothing_around
-
-    @property
-    def surroundings_type(self) -> Any:
-        """Structure that describes the surroundings of a run."""
-        return self.local.input_types["surroundings"]
-
-    @property
-    def here_type(self) -> Any:
-        """Structure that describes them at a place."""
-        return self.response.input_types["here"]
-
-
-OPEN_WATER = Medium()
 
 
 @dataclass(frozen=True)
@@ -97,7 +58,9 @@ class System:
 def system_of(scenario: Scenario) -> System:
     """The formulas that a scenario asks for."""
     pose = rpm_pose if scenario.drive.path is None else sampled_rpm_pose
-    return System(MAGNET_MODELS[scenario.magnet[0].field], pose)
+    workspace, device = scenario.workspace, scenario.device
+    near = device.hydrodynamics.near_walls and not (workspace.floor is None and workspace.surface is None)
+    return System(MAGNET_MODELS[scenario.magnet[0].field], pose, NEAR_WALLS if near else OPEN_WATER)
 
 
 @cache

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.hydrodynamics import boundary
 from helimag.hydrodynamics.heads import head_resistance
+from helimag.hydrodynamics.inversion import mobility
 from helimag.hydrodynamics.resistive_force import gray_hancock, helix_resistance, lighthill
 from helimag.scenario import Device, Fluid
 
@@ -58,19 +59,6 @@ def resistance(device: Device, fluid: Fluid) -> NDArray[np.float64]:
 def error_estimate(device: Device) -> float | None:
     """Relative error that the boundary model states for its resistance; None for the models that state none."""
     return boundary.solution(device).error_estimate if device.hydrodynamics.model == "boundary" else None
-
-
-def mobility(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Inverse of a resistance, through scaling that keeps metres and radians from spoiling its condition.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> mobility(np.diag([2.0, 2.0, 2.0, 4.0, 4.0, 4.0])).diagonal()
-    array([0.5 , 0.5 , 0.5 , 0.25, 0.25, 0.25])
-    """
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    return scale[:, None] * np.linalg.inv(scale[:, None] * matrix * scale) * scale
 
 
 def net_weight(device: Device, fluid: Fluid) -> tuple[float, float]:

@@ -143,6 +143,7 @@ class Hydrodynamics(Part):
     model: Literal["lighthill", "gray-hancock", "boundary", "matrix"] = "lighthill"
     resistance: tuple[tuple[float, ...], ...] | None = None
     tolerance: float | None = None  # relative, of the boundary model; 0.01 where not given
+    near_walls: bool = False  # whether floor and surface change the drag of the boundary model
 
     @model_validator(mode="after")
     def _tolerance_fits(self) -> Self:
@@ -152,6 +153,12 @@ class Hydrodynamics(Part):
             raise InputError('.tolerance goes with model = "boundary" only')
         if not 0.0 < self.tolerance < 1.0:
             raise InputError(f".tolerance must be between 0 and 1; got {self.tolerance}")
+        return self
+
+    @model_validator(mode="after")
+    def _walls_fit(self) -> Self:
+        if self.near_walls and self.model != "boundary":
+            raise InputError('.near_walls goes with model = "boundary" only')
         return self
 
     @model_validator(mode="after")

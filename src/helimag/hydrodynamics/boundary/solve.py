@@ -117,9 +117,9 @@ def _solved(mesh: Mesh, velocities: Floats) -> Floats:
 def _stiffen(matrix: Floats, mesh: Mesh) -> None:
     """Give a uniform pressure inside each closed part, which moves nothing, an energy of its own.
 
-    No rigid motion does work on it, so the resistance does not change; without it the matrix is singular. A pressure that
-    changes slowly along a long tube is hardly better: for it every force gets a little more of its own triangle's motion,
-    which changes the resistance by parts in 100,000 and less on finer surfaces.
+    No rigid motion does work on it, so the resistance does not change; without it the matrix is singular. A pressure
+    that changes slowly along a long tube is hardly better: for it every force gets a little more of its own triangle's
+    motion, which changes the resistance by some parts in 100,000, and by less on finer surfaces.
     """
     level = np.trace(matrix) / len(matrix)
     matrix[np.diag_indices_from(matrix)] += EASE * level

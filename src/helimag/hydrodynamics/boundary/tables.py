@@ -8,6 +8,7 @@ import contextlib
 import hashlib
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 from zipfile import BadZipFile
 
@@ -24,7 +25,7 @@ from helimag.scenario import Device
 
 Floats = NDArray[np.float64]
 
-GAPS, TILTS = 13, 7  # nodes, the latter on either side of the tilt at which both ends are equally near
+GAPS, TILTS = 17, 9  # nodes, the latter on either side of the tilt at which both ends are equally near
 ROLLS = 3  # their mean is free of the first two harmonics of the roll angle
 LEAST_GAP, MOST_GAP = 0.2, 100.0  # of the device's largest radius, and of that radius too
 
@@ -113,13 +114,23 @@ def wall_table(device: Device, kind: Literal["floor", "surface"]) -> WallTable:
     """
     text = f"table {GAPS} {TILTS} {ROLLS} {LEAST_GAP} {MOST_GAP} {kind} {question(device, None)}"
     path = folder() / f"{hashlib.sha256(text.encode()).hexdigest()}.npz"
-    with contextlib.suppress(OSError, ValueError, KeyError, BadZipFile), np.load(path) as kept:  # else made anew
-        return WallTable(kind, float(kept["middle"]), kept["gaps"], kept["tilts"], kept["reach"], kept["values"])
+    made = _read(path, kind)
+    if made is not None:
+        return made
     rolls = 1 if device.helix is None and device.body is None else ROLLS  # a head looks the same from all sides
     table = make_table(next(device_surfaces(device)), kind, rolls=rolls)
     with contextlib.suppress(FileError, OSError), kept_at(path) as beside, beside.open("wb") as file:
         np.savez(file, middle=table.middle, gaps=table.gaps, tilts=table.tilts, reach=table.reach, values=table.values)
     return table
+
+
+def _read(path: Path, kind: Literal["floor", "surface"]) -> WallTable | None:
+    """The table in a file; None where there is none or it is not whole."""
+    try:
+        with path.open("rb") as file, np.load(file) as kept:
+            return WallTable(kind, float(kept["middle"]), kept["gaps"], kept["tilts"], kept["reach"], kept["values"])
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        return None
 
 
 def make_table(
@@ -145,7 +156,7 @@ def make_table(
                 distance = gap + float(reach[side, column])
                 added = _mean_over_roll(mesh, open_water, kind, tilt, distance, rolls) - free
                 values[side, row, column] = added * (distance + middle * math.sin(tilt))
-    return WallTable(kind, middle, nodes, panels, _padded(reach, 1), _padded(_padded(values, 1), 2))
+    return WallTable(kind, middle, nodes, panels, padded(reach, 1), padded(padded(values, 1), 2))
 
 
 def _mean_over_roll(
@@ -183,7 +194,7 @@ def _equal_tilt(x: Floats, r: Floats, middle: float) -> float:
     return turning
 
 
-def _padded(values: Floats, axis: int) -> Floats:
+def padded(values: Floats, axis: int) -> Floats:
     """The values with one more row beyond each end of an axis, on the parabola through the last three."""
     along = np.moveaxis(values, axis, 0)
     first = 3.0 * along[0] - 3.0 * along[1] + along[2]

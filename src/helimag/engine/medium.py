@@ -1,0 +1,51 @@
+"""What surrounds a device: how it answers a load, in open water or elsewhere."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from helimag.physics.balance import OpenWater, nothing_near, open_water
+from helimag.scenario import Scenario
+
+
+def _nothing_around(scenarios: Sequence[Scenario], device: str) -> wp.array:
+    """Surroundings of devices in open water."""
+    return wp.zeros(len(scenarios), dtype=OpenWater, device=device)
+
+
+@dataclass(frozen=True)
+class Medium:
+    """What surrounds the device, and how it answers a load there.
+
+    Attributes
+    ----------
+    response
+        ``response(body, here, position, rotation, load)``: velocity (m/s) and angular velocity (rad/s) that a load
+        (N, N m) gives the device, all in the body frame: its mobility, which may depend on where it is.
+    local
+        ``local(surroundings, position, rotation)``: what ``response`` needs to know of the surroundings there
+        (``here``). It is asked once a step, at the step's start: for what changes little while the magnet turns through
+        some twenty degrees and costs too much to ask at every stage.
+    pack
+        ``pack(scenarios, device)``: an array of surroundings, one a scenario, on the device; those of a scenario that
+        is in another medium are never looked at.
+    """
+
+    response: wp.Function = open_water
+    local: wp.Function = nothing_near
+    pack: Callable[[Sequence[Scenario], str], wp.array] = _nothing_around
+
+    @property
+    def surroundings_type(self) -> Any:
+        """Structure that describes the surroundings of a run."""
+        return self.local.input_types["surroundings"]
+
+    @property
+    def here_type(self) -> Any:
+        """Structure that describes them at a place."""
+        return self.response.input_types["here"]
+
+
+OPEN_WATER = Medium()

@@ -1,0 +1,54 @@
+"""The medium of devices near floor and surface: tables of drag packed for the kernels."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from helimag.engine.medium import Medium
+from helimag.hydrodynamics import resistance
+from helimag.hydrodynamics.boundary import mobility_changes, wall_table
+from helimag.physics.walls import Symmetric, WallGrid, Walls, near_walls, seen_walls
+from helimag.scenario import Device, Fluid, Scenario
+
+UPPER = np.triu_indices(6)
+
+
+def pack_walls(scenarios: Sequence[Scenario], device: str) -> wp.array:
+    """Floor and surface of each scenario with the tables of its device, on the device that computes."""
+    packed = [_walls(scenario, device) for scenario in scenarios]
+    walls = wp.array(packed, dtype=Walls, device=device)
+    walls.tables = packed  # the array only points to these; they must live as long as it does
+    return walls
+
+
+def _walls(scenario: Scenario, device: str) -> Any:
+    walls, workspace = Walls(), scenario.workspace
+    wanted = scenario.device.hydrodynamics.near_walls
+    if wanted and workspace.floor is not None:
+        walls.floor = workspace.floor
+        walls.near_floor = _grid(scenario.device, scenario.fluid, "floor", device)
+    if wanted and workspace.surface is not None:
+        walls.surface = workspace.surface
+        walls.near_surface = _grid(scenario.device, scenario.fluid, "surface", device)
+    return walls
+
+
+@lru_cache(maxsize=64)
+def _grid(body: Device, fluid: Fluid, kind: Any, device: str) -> Any:
+    """One table as the kernels take it."""
+    table = wall_table(body, kind)
+    free = resistance(body, fluid)
+    changes = np.ascontiguousarray(mobility_changes(table, free, fluid.viscosity)[..., UPPER[0], UPPER[1]])
+    grid = WallGrid()
+    grid.middle = table.middle
+    grid.low, grid.high = np.log(table.gaps[[0, -1]])
+    grid.least_tilt, grid.turning, grid.most_tilt = table.tilts[0, 0], table.tilts[1, 0], table.tilts[1, -1]
+    grid.reach = wp.array(table.reach, dtype=wp.float64, device=device)
+    grid.changes = wp.array(changes, dtype=Symmetric, device=device)
+    return grid
+
+
+NEAR_WALLS = Medium(near_walls, seen_walls, pack_walls)
