@@ -9,10 +9,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from helimag.checks import rotation_at_start
-from helimag.engine.kernels import ready
-from helimag.engine.packing import pack_magnets
-from helimag.engine.simulation import MAGNET_MODELS
-from helimag.engine.step import build_load
+from helimag.engine import build_load, pack_magnets, ready, system_of
 from helimag.physics.kinematics import RpmPose
 from helimag.physics.magnetics import Magnet
 from helimag.scenario import Scenario
@@ -56,7 +53,7 @@ def over_a_turn(scenario: Scenario, places: Floats) -> tuple[Floats, Floats]:
 
     The RPM has its attitude at the start, and the device's moment lies along the field.
     """
-    kernel = build_turn(MAGNET_MODELS[scenario.magnet[0].field])
+    kernel = build_turn(system_of(scenario).magnet)
     ready(kernel, "cpu")
     count = len(places)
     fields, forces = (wp.zeros((count, PHASES), dtype=wp.vec3d, device="cpu") for _ in range(2))
