@@ -14,12 +14,12 @@ from scipy.spatial.transform import Rotation
 from helimag.engine import simulate
 from helimag.errors import InputError
 from helimag.geometry import turn
+from helimag.outcomes import Reason
 from helimag.robot import as_programmed, deviation, load_cell, plan, play, rehearse, write_krl, write_programme
 from helimag.robot.krl.grammar import code_of
 from helimag.robot.krl.instructions import arc_angle, arc_centre
 from helimag.robot.krl.writer import checked_name, comment, name_for, number
 from helimag.robot.programme import programme_texts
-from helimag.runs.gain import Verdict
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
 
@@ -262,7 +262,7 @@ def test_a_bounded_run_needs_no_word_and_carries_no_warning(tmp_path):
     """A verdict of bounded, as the one rule that judges runs gives it, opens the gate."""
     run = straight_run()
     calm = Trajectory(run.dataset.copy())
-    calm.judgement = dataclasses.replace(run.judgement, verdict=Verdict.BOUNDED, reason="settled")
+    calm.judgement = dataclasses.replace(run.judgement, cause=Reason.SETTLED, reason="settled")
     paths = write_programme(straight(), tmp_path, run=calm)
     text = next(path for path in paths if path.suffix == ".src").read_text()
     assert "WARNING" not in text

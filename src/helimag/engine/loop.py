@@ -96,9 +96,12 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         if least >= ZERO:
             kind = RUNNING
         field, force = load(magnets, pose, head_position(new), moment_of(body, new))
-        there = local(surroundings, head_position(new), rotation_matrix(new))
-        rates = balance(body, there, new, force, field)
         following = wp.min(rescaled(dt, error), growth * step)
+        # surroundings as half way through the next step, if that goes on as this one went: second order in the step
+        share = HALF * wp.min(following, control.longest) / dt
+        middle = head_position(new) + share * (head_position(new) - head_position(state))
+        there = local(surroundings, middle, rotation_matrix(new))
+        rates = balance(body, there, new, force, field)
         return TAKEN, dt, t, following, new, there, rates, lag_vector(field, new), kind
 
     return attempt

@@ -26,8 +26,8 @@ class Medium:
         (N, N m) gives the device, all in the body frame: its mobility, which may depend on where it is.
     local
         ``local(surroundings, position, rotation)``: what ``response`` needs to know of the surroundings there
-        (``here``). It is asked once a step, at the step's start: for what changes little while the magnet turns through
-        some twenty degrees and costs too much to ask at every stage.
+        (``here``). It is asked once a step, for the step's middle: for what changes little while the magnet turns
+        through some twenty degrees and costs too much to ask at every stage.
     pack
         ``pack(scenarios, device)``: an array of surroundings, one a scenario, on the device; those of a scenario that
         is in another medium are never looked at.

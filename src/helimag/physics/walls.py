@@ -112,14 +112,16 @@ def full_matrix(upper: Symmetric, sign: wp.float64) -> wp.spatial_matrixd:
 
 
 @wp.func
-def seen_walls(walls: Walls, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
+def seen_walls(surroundings: Walls, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
     """What floor and surface together take from the mobility at a place: each as if the other were not there."""
     tilt = wp.asin(wp.clamp(rotation[2, 0], -ONE, ONE))
     near = NearWalls()
-    if walls.near_floor.changes.shape[1] > 0:
-        near.change += full_matrix(change_near(walls.near_floor, position[2] - walls.floor, tilt), ONE)
-    if walls.near_surface.changes.shape[1] > 0:
-        near.change += full_matrix(change_near(walls.near_surface, walls.surface - position[2], -tilt), -ONE)
+    if surroundings.near_floor.changes.shape[1] > 0:
+        near.change += full_matrix(change_near(surroundings.near_floor, position[2] - surroundings.floor, tilt), ONE)
+    if surroundings.near_surface.changes.shape[1] > 0:
+        near.change += full_matrix(
+            change_near(surroundings.near_surface, surroundings.surface - position[2], -tilt), -ONE
+        )
     return near
 
 
