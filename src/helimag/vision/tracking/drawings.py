@@ -23,14 +23,13 @@ class Errors(NamedTuple):
     """Of the detector in one view (px): along and across the device, of its middle and of its half length.
 
     ``terms`` (k, 4) are coefficients of :func:`_terms`, ``left`` (4,) the standard deviation that they do not explain.
-    The device's roll about its axis is ``sense`` times the coil's phase plus ``zero`` (rad), within ``roll_sd``.
+    The device's roll about its axis is ``sense`` times the coil's phase plus ``zero`` (rad).
     """
 
     terms: Floats
     left: Floats
     sense: float
     zero: float
-    roll_sd: float
 
 
 def axis_frame(axis: Floats) -> Floats:
@@ -92,7 +91,7 @@ def detector_errors(camera: Camera, head: Floats, axis: Floats, shape: Shape, ri
     turn = [np.exp(1j * (tables[0][:, 0] - sense * tables[0][:, 1])) for sense in (1.0, -1.0)]
     sense = 1.0 if abs(turn[0].mean()) > abs(turn[1].mean()) else -1.0
     mean = turn[0 if sense > 0.0 else 1].mean()
-    return Errors(terms, left, sense, float(np.angle(mean)), float(np.sqrt(-2.0 * np.log(min(abs(mean), 1.0 - 1e-12)))))
+    return Errors(terms, left, sense, float(np.angle(mean)))
 
 
 def _drawn(camera: Camera, head: Floats, axis: Floats, roll: float, shape: Shape) -> tuple[Floats, Floats] | None:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.runs.smoothing import sharpened
-from helimag.vision.tracking.detection import HALF, MIDDLE, RISE, SDS
+from helimag.vision.tracking.detection import HALF, MIDDLE, RISE
 
 Floats = NDArray[np.float64]
 
@@ -46,10 +46,3 @@ def frame_noise(time: Floats, rows: Floats, interval: float) -> Floats:
             square[number] += clean.sum()
             count[number] += clean.size
     return np.asarray(np.sqrt(square / count))
-
-
-def with_noise(rows: Floats, noise: Floats) -> Floats:
-    """Rows with these standard deviations (4,), but for those of a device that is not slender, which keep their own."""
-    result = rows.copy()
-    result[np.isfinite(rows[:, RISE]), SDS] = noise
-    return result

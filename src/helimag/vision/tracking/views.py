@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from helimag.vision.cameras import Camera
 from helimag.vision.shape import Shape
 from helimag.vision.tracking.detection import RISE, SDS
-from helimag.vision.tracking.drawings import Errors, corrected, detector_errors, phases, tilts, turned
+from helimag.vision.tracking.drawings import corrected, detector_errors, phases, tilts, turned
 from helimag.vision.tracking.noise import frame_noise
 from helimag.vision.tracking.pose import Poses
 from helimag.vision.tracking.search import Sighting
@@ -20,19 +20,19 @@ Floats = NDArray[np.float64]
 LOSSY = np.array([0.04, 0.01, 0.02, 0.01])
 
 
-class View(NamedTuple):
+class PreparedView(NamedTuple):
     """A sighting whose rows point to the head and are corrected; its fresh and lasting standard deviations (4,) in px;
-    and where the device's roll is seen, its times (s), rolls (rad) and their error all along."""
+    and where the device's roll is seen, its times (s) and rolls (rad)."""
 
     sighting: Sighting
     fresh: Floats
     lasting: Floats
-    roll: tuple[Floats, Floats, float] | None
+    roll: tuple[Floats, Floats] | None
 
 
 def prepared(
     sighting: Sighting, camera: Camera, shape: Shape, time: Floats, poses: Poses, ahead: float, interval: float
-) -> View:
+) -> PreparedView:
     """Make a view's detections ready, with poses that a first fit found.
 
     Parameters
@@ -49,7 +49,7 @@ def prepared(
     rows = turned(sighting.rows, forward)
     slender = seen & np.isfinite(rows[:, RISE])
     if not slender.any():
-        return View(sighting._replace(rows=rows), np.zeros(4), np.zeros(4), None)
+        return PreparedView(sighting._replace(rows=rows), np.zeros(4), np.zeros(4), None)
     errors = detector_errors(camera, poses.head, poses.axis, shape, float(np.median(rows[slender, RISE])))
     fresh = frame_noise(sighting.time, rows, interval)
     if errors is None:
@@ -59,18 +59,14 @@ def prepared(
         rows = corrected(rows, errors, tilts(camera, head, axis))
         fresh = frame_noise(sighting.time, rows, interval)
         lasting = errors.left
-        roll = _roll(sighting.time[slender], rows[slender], errors)
+        roll = (sighting.time[slender], errors.sense * phases(rows[slender]) + errors.zero)
     if sighting.lossy:
         lasting = np.hypot(lasting, LOSSY)
     rows[slender, SDS] = np.hypot(fresh, lasting)
-    return View(sighting._replace(rows=rows), fresh, lasting, roll)
+    return PreparedView(sighting._replace(rows=rows), fresh, lasting, roll)
 
 
-def _roll(time: Floats, rows: Floats, errors: Errors) -> tuple[Floats, Floats, float]:
-    return time, errors.sense * phases(rows) + errors.zero, errors.roll_sd
-
-
-def parted(rows: Floats, view: View) -> tuple[Floats, Floats]:
+def parted(rows: Floats, view: PreparedView) -> tuple[Floats, Floats]:
     """Fresh and lasting standard deviations (n, 4) of rows; what is not slender is uncertain for long."""
     slender = np.isfinite(rows[:, RISE])[:, None]
     return np.where(slender, view.fresh, 0.0), np.where(slender, view.lasting, rows[:, SDS])
