@@ -34,8 +34,8 @@ def import_track(path: str | Path, *, initial_gap: float, name: str | None = Non
     deviations.
 
     A table as :func:`helimag.runs.read_table` reads it: each column's head names its unit, such as ``x [mm]`` or
-    ``time (s)``; tables of TrackMate, Tracker and MATLAB's ``writetable`` are understood. z points up. Rows with an empty
-    position are gaps, and are left out.
+    ``time (s)``; tables of TrackMate, Tracker and MATLAB's ``writetable`` are understood. z points up. Rows with an
+    empty position are gaps, and are left out.
 
     Parameters
     ----------

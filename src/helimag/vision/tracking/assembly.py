@@ -222,7 +222,7 @@ def _spread(joined: _Joined, views: list[PreparedView], offset: Offset) -> Devia
         near = np.clip(np.searchsorted(sighting.time, views[0].sighting.time[joined.frames] + offset.value), 0, None)
         moved = np.nan_to_num(moved[np.minimum(near, moved.shape[0] - 1)])
         along = joined.rows[1][:, HALF] / np.linalg.norm(joined.rows[1][:, HALF], axis=1, keepdims=True)
-        clock[:, 4] = np.sum(moved * along, axis=1)
+        clock[:, 4] = clock[:, 6] = np.sum(moved * along, axis=1)
         clock[:, 5] = moved[:, 1] * along[:, 0] - moved[:, 0] * along[:, 1]
     return Deviations(fresh, lasting, clock)
 
