@@ -1,9 +1,9 @@
 """Synthetic rigs at several angles to the walls, each calibrated from its own pictures, and runs filmed with each.
 
 Run: python benchmarks/vision_seeds.py [SEEDS] [SECONDS] [ANGLES]. Every seed draws its own camera poses, lenses, walls,
-light, noise, lost frames (5 %) and clock offset, and a run: held, wobbling or falling in turn. Then each seed's session
-is spoilt in ten ways, and each should be refused. A table a rig angle: errors against the truth, chi-square a point (3 is
-due) and on each axis (1 is due), error of the wobble where it exceeds 0.3 deg, and refusals.
+light, noise, lost frames (5 %) and clock offset, and a run: held, wobbling or falling in turn. Then every fifth
+session is spoilt in ten ways, and each should be refused. A table a rig angle: errors against the truth, chi-square a
+point (3 is due) and on each axis (1 is due), error of the wobble where it exceeds 0.3 deg, and refusals.
 """
 
 import shutil

@@ -27,6 +27,8 @@ def render(
     clock_offset: str = "0 s",
     reflection: float = 0.35,
     bubble: str = "0 mm",
+    angle: str = "0 deg",
+    bits: int = 8,
     boards: Annotated[bool, Parameter(negative="--no-boards")] = True,
     seed: int = 0,
 ) -> None:
@@ -50,6 +52,10 @@ def render(
         Contrast of the mirror image in the oil's surface.
     bubble
         Diameter of a bubble that crosses both views at half time.
+    angle
+        Between the cameras' axes and the normals of the walls.
+    bits
+        A pixel of the films: 8; for png and tiff up to 16, for mp4 8 or 10.
     boards
         Whether to render the pictures for a calibration too.
     seed
@@ -64,9 +70,10 @@ def render(
         clock_offset=q.parse(clock_offset, q.TIME),
         reflection=reflection,
         bubble=q.parse(bubble, q.LENGTH),
+        bits=bits,
         seed=seed,
     )
-    rig = vision.paper_rig(seed=seed)
+    rig = vision.paper_rig(seed=seed, angle=q.parse(angle, q.ANGLE))
     begin, length = q.parse(start, q.TIME), None if duration is None else q.parse(duration, q.TIME)
     film = Trajectory.load(run)
     with progress_bar(f"filming {run.name}") as progress:
@@ -212,6 +219,8 @@ def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), json
 
     run = import_track(track, initial_gap=q.parse(gap, q.LENGTH))
     run.save(output)
+    if not json:
+        print(run.dataset.attrs["source"])
     _tell(run, output, json)
 
 

@@ -3,115 +3,114 @@
 import re
 
 from helimag.errors import InputError
+from helimag.runs.tables import Cells
 
-Table = list[list[str]]
-
-_UNIT = re.compile(r"^\s*[\[(]?\s*([^\])]*?)\s*[\])]?\s*$")
-_MATLAB = re.compile(r"^(time|t|x|y|z)_([A-Za-z]+)$")
-_TRACKER = re.compile(r"^(t|x|y|z)\s*(?:[\[(]\s*(\w+)\s*[\])])?$")
-_DLTDV = re.compile(r"^pt\d+_(cam\d+_)?[xyz]$", re.IGNORECASE)
+_MATLAB = re.compile(r"(time|t|x|y|z)_([A-Za-z]+)")
+_TRACKER = re.compile(r"(t|x|y|z)\s*(?:[\[(]\s*(\w+)\s*[\])])?")
+_DLTDV = re.compile(r"pt\d+_(cam\d+_)?[xyz]", re.IGNORECASE)
 _TRACKMATE = {"POSITION_T": "time", "POSITION_X": "x", "POSITION_Y": "y", "POSITION_Z": "z"}
-_SECONDS = {"sec": "s", "second": "s", "seconds": "s", "micron": "um", "microns": "um"}
+_UNITS = {"sec": "s", "second": "s", "seconds": "s", "micron": "um", "microns": "um"}
+_UNCALIBRATED = ("", "pixel", "pixels", "frame", "frames")
 
 
-def canonical(table: Table, path: object) -> Table:
+def canonical(table: list[Cells]) -> tuple[str, list[Cells]]:
     """Recognise what TrackMate, Tracker, MATLAB, DeepLabCut or DLTdv wrote, and give it helimag's heads.
 
     Parameters
     ----------
     table
-        Rows of cells, the head first; a table of nobody's comes back as it is.
-    path
-        To name in messages.
+        Lines with their numbers, the heads first.
+
+    Returns
+    -------
+    tuple
+        The program's name and its table; an empty name and the same table where it is none of these.
 
     Raises
     ------
     InputError
         Where the program is recognised and its table cannot be a track in space, with what to do.
     """
-    heads = [cell.strip() for cell in table[0]] if table else []
+    heads = [cell.strip() for cell in table[0][1]]
     if {"POSITION_X", "POSITION_T"} <= {head.upper() for head in heads}:
-        return _trackmate(table, path)
-    if heads and heads[0].lower() == "scorer" and len(table) > 1 and table[1][:1] == ["bodyparts"]:
+        return "TrackMate", _trackmate(table)
+    if heads[0].lower() == "scorer" and len(table) > 1 and table[1][1][:1] == ["bodyparts"]:
         raise InputError(
-            f"{path} is a table of DeepLabCut: places in one camera's picture (px), and a track needs x, y, z in the "
-            f"lab; triangulate both cameras' tables first, or give the films to 'helimag vision track'"
+            "it is a table of DeepLabCut: places in one camera's picture (px), and a track needs time, x, y, z in the "
+            "lab; triangulate both cameras' tables first, or give the films to 'helimag vision track'"
         )
-    if heads and all(_DLTDV.match(head) for head in heads if head):
+    if any(heads) and all(_DLTDV.fullmatch(head) for head in heads if head):
         what = "places in the cameras' pictures" if any("cam" in head.lower() for head in heads) else "x, y, z"
         raise InputError(
-            f"{path} is a table of DLTdv ({what}) without times and units: add a column 'time [s]', and name the "
-            f"columns of the point's place 'x [mm]', 'y [mm]', 'z [mm]' with their unit"
+            f"it is a table of DLTdv ({what}) without times and units: add a column 'time [s]', and name the columns "
+            f"of the point's place with their unit: 'x [mm]', 'y [mm]', 'z [mm]'"
         )
-    return _tracker(table, path) or _matlab(table) or table
+    for name, read in (("Tracker", _tracker), ("MATLAB", _matlab)):
+        if (found := read(table)) is not None:
+            return name, found
+    return "", table
 
 
-def _trackmate(table: Table, path: object) -> Table:
-    """Spots of TrackMate: names for the program, names to read twice, units, and a row a spot."""
-    heads = [cell.strip().upper() for cell in table[0]]
+def _trackmate(table: list[Cells]) -> list[Cells]:
+    """Spots of TrackMate: names for the program, names to read twice, units, and a line a spot."""
+    heads = [cell.strip().upper() for cell in table[0][1]]
     places = {name: heads.index(key) for key, name in _TRACKMATE.items() if key in heads}
     if len(places) < len(_TRACKMATE):
-        raise InputError(
-            f"{path} is a table of TrackMate and must have {', '.join(_TRACKMATE)}; it has {', '.join(heads)}"
-        )
-    rows = table[1:]
-    while rows and not _is_number(rows[0][places["x"]]):
-        rows = rows[1:]
-    above = table[len(table) - len(rows) - 1]
+        raise InputError(f"it is a table of TrackMate and must have {', '.join(_TRACKMATE)}; it has {', '.join(heads)}")
+    begin = next((k for k, (_, cells) in enumerate(table) if k and _is_number(cells[places["x"]])), len(table))
+    rows = table[begin:]
     track = heads.index("TRACK_ID") if "TRACK_ID" in heads else None
-    if track is not None and len({row[track] for row in rows if row[track].strip()}) > 1:
-        raise InputError(f"{path} is a table of TrackMate and must hold one track; filter it to the device's")
-    units = [_unit(above[place]) for place in places.values()]
-    if not all(units) or any(unit in ("pixel", "frame") for unit in units):
+    if track is not None and len({cells[track] for _, cells in rows if cells[track].strip()}) > 1:
+        raise InputError("it is a table of TrackMate and must hold one track; filter it to the device's")
+    units = [table[begin - 1][1][place].strip(" ()[]") for place in places.values()]
+    if any(unit.lower() in _UNCALIBRATED for unit in units):
         raise InputError(
-            f"{path} is a table of TrackMate in {', '.join(unit or 'no unit' for unit in units)}: calibrate the "
-            f"picture's size and times there (Image > Properties) and export again"
+            f"it is a table of TrackMate in {', '.join(unit or 'no unit' for unit in units)}: set pixel size and frame "
+            f"interval there (Image > Properties) and export again"
         )
-    first = [f"{name} [{unit}]" for name, unit in zip(places, units, strict=True)]
-    ordered = sorted(rows, key=lambda row: float(row[places["time"]]))
-    return [first, *([row[place] for place in places.values()] for row in ordered)]
+    first = [f"{name} [{_UNITS.get(unit.lower(), unit)}]" for name, unit in zip(places, units, strict=True)]
+    ordered = sorted(rows, key=lambda row: float(row[1][places["time"]]))
+    return [(table[0][0], first), *((i, [cells[place] for place in places.values()]) for i, cells in ordered)]
 
 
-def _tracker(table: Table, path: object) -> Table | None:
+def _tracker(table: list[Cells]) -> list[Cells] | None:
     """Table of Tracker (Open Source Physics): perhaps the mass's name, then heads such as ``t (s)``."""
-    for number, row in enumerate(table[:3]):
-        matches = [_TRACKER.match(cell.strip()) for cell in row]
-        names = [match.group(1) if match else None for match in matches]
-        if names[:1] != ["t"] or "x" not in names:
+    for number, (line, cells) in enumerate(table[:3]):
+        matches = [_TRACKER.fullmatch(cell.strip()) for cell in cells]
+        names = [match.group(1) if match else "" for match in matches]
+        if names[0] != "t" or "x" not in names:
             continue
         if not {"x", "y", "z"} <= set(names):
             raise InputError(
-                f"{path} is a table of Tracker in a plane ({', '.join(name for name in names if name)}); a track needs "
-                f"x, y and z"
+                f"it is a table of Tracker in a plane ({', '.join(name for name in names if name)}); a track needs "
+                f"t, x, y and z"
             )
-        units = [match.group(2) if match else None for match in matches]
-        if not all(unit for unit, name in zip(units, names, strict=True) if name):
-            raise InputError(f"{path} is a table of Tracker without units; name them in its head: t (s), x (m), …")
+        if not all(match.group(2) for match in matches if match):
+            raise InputError(
+                "it is a table of Tracker without units; name them in its heads: t (s), x (m), y (m), z (m)"
+            )
         first = [
-            f"{'time' if name == 't' else name} [{unit}]" if name else cell
-            for name, unit, cell in zip(names, units, row, strict=True)
+            f"{'time' if match.group(1) == 't' else match.group(1)} [{match.group(2)}]" if match else cell
+            for match, cell in zip(matches, cells, strict=True)
         ]
-        return [first, *table[number + 1 :]]
+        return [(line, first), *table[number + 1 :]]
     return None
 
 
-def _matlab(table: Table) -> Table | None:
+def _matlab(table: list[Cells]) -> list[Cells] | None:
     """Table of MATLAB's ``writetable``, whose names can hold no brackets: ``time_s``, ``x_mm``."""
-    matches = [_MATLAB.match(cell.strip()) for cell in table[0]] if table else []
+    line, cells = table[0]
+    matches = [_MATLAB.fullmatch(cell.strip()) for cell in cells]
     names = {match.group(1) for match in matches if match}
     if not ({"x", "y", "z"} <= names and names & {"t", "time"}):
         return None
     first = [
-        f"{'time' if match.group(1) == 't' else match.group(1)} [{match.group(2)}]" if match else cell
-        for match, cell in zip(matches, table[0], strict=True)
+        f"{'time' if match.group(1) == 't' else match.group(1)} [{match.group(2)}]"
+        if match and match.group(2) != "sd"
+        else cell
+        for match, cell in zip(matches, cells, strict=True)
     ]
-    return [first, *table[1:]]
-
-
-def _unit(cell: str) -> str | None:
-    match = _UNIT.match(cell)
-    text = match.group(1) if match else ""
-    return _SECONDS.get(text.lower(), text) or None
+    return [(line, first), *table[1:]]
 
 
 def _is_number(cell: str) -> bool:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.outcomes import End
+from helimag.runs.foreign_tracks import canonical
 from helimag.runs.tables import read_table
 from helimag.runs.trajectory import Trajectory
 
@@ -33,7 +34,8 @@ def import_track(path: str | Path, *, initial_gap: float, name: str | None = Non
     deviations.
 
     A table as :func:`helimag.runs.read_table` reads it: each column's head names its unit, such as ``x [mm]`` or
-    ``time (s)``. z points up. Rows with an empty position are gaps, and are left out.
+    ``time (s)``; tables of TrackMate, Tracker and MATLAB's ``writetable`` are understood. z points up. Rows with an
+    empty position are gaps, and are left out.
 
     Parameters
     ----------
@@ -49,7 +51,7 @@ def import_track(path: str | Path, *, initial_gap: float, name: str | None = Non
     """
     if not (np.isfinite(initial_gap) and initial_gap > 0.0):
         raise InputError(f"initial_gap must be a length greater than zero; got {initial_gap} m")
-    table = read_table(path, COLUMNS, needed=NEEDED, gaps=COLUMNS.keys() - {"time"})
+    table = read_table(path, COLUMNS, needed=NEEDED, gaps=COLUMNS.keys() - {"time"}, translate=canonical)
     columns = table.values
     there = np.all([np.isfinite(columns[axis]) for axis in ("x", "y", "z")], axis=0)
     time = columns["time"]
@@ -77,7 +79,7 @@ def import_track(path: str | Path, *, initial_gap: float, name: str | None = Non
     variables["segment"] = np.concatenate([[0.0], np.cumsum(np.diff(times) > 1.6 * interval)])
     attributes: dict[str, object] = {
         "name": name or Path(path).stem,
-        "source": f"imported from {Path(path).name}",
+        "source": f"imported from {Path(path).name}{f', a table of {table.program}' if table.program else ''}",
         "initial_gap": initial_gap,
         "end": str(End.HORIZON),
         "gaps": json.dumps(gaps),

@@ -4,7 +4,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,8 @@ from helimag.errors import FileError, InputError
 
 Floats = NDArray[np.float64]
 Line = tuple[int, str]  # its number in the file, and its text
+Cells = tuple[int, list[str]]  # its number in the file, and its cells
+Translation = Callable[[list[Cells]], tuple[str, list[Cells]]]  # also names the program that wrote the table
 
 _HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]\s*)?")
 _DECIMAL_COMMA = re.compile(r"[-+]?(\d+,\d*|,\d+)([eE][-+]?\d+)?")
@@ -35,11 +37,14 @@ class Columns:
         (n,): the number of each row's line in the file, for messages.
     comments
         Lines that begin with ``#``, without it, in order.
+    program
+        That wrote the table, where its heads tell.
     """
 
     values: dict[str, Floats]
     lines: NDArray[np.int64]
     comments: tuple[str, ...]
+    program: str = ""
 
     def check_rises(self, name: str) -> None:
         """Raise InputError, naming the line, where a column does not rise from row to row."""
@@ -49,7 +54,12 @@ class Columns:
 
 
 def read_table(
-    path: str | Path, kinds: Mapping[str, q.Kind], *, needed: Sequence[str], gaps: Collection[str] = ()
+    path: str | Path,
+    kinds: Mapping[str, q.Kind],
+    *,
+    needed: Sequence[str],
+    gaps: Collection[str] = (),
+    translate: Translation | None = None,
 ) -> Columns:
     """Read the columns of a table that are wanted; others are passed over.
 
@@ -68,6 +78,8 @@ def read_table(
         Names that must be there.
     gaps
         Names whose cells may be empty, ``nan`` or ``na``.
+    translate
+        Brings the heads of other programs' tables to those above.
 
     Raises
     ------
@@ -77,7 +89,7 @@ def read_table(
         Where it is no such table: the message names file and line.
     """
     try:
-        return _table(_text(Path(path)), kinds, needed, gaps)
+        return _table(_text(Path(path)), kinds, needed, gaps, translate)
     except (InputError, csv.Error) as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -98,16 +110,24 @@ def _text(path: Path) -> str:
     return text
 
 
-def _table(text: str, kinds: Mapping[str, q.Kind], needed: Sequence[str], gaps: Collection[str]) -> Columns:
+def _table(
+    text: str,
+    kinds: Mapping[str, q.Kind],
+    needed: Sequence[str],
+    gaps: Collection[str],
+    translate: Translation | None,
+) -> Columns:
     written = [(i, line.rstrip("\n")) for i, line in enumerate(io.StringIO(text, newline=None), start=1)]
     comments = tuple(line.lstrip().removeprefix("#") for _, line in written if line.lstrip().startswith("#"))
     lines = [(i, line) for i, line in written if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise InputError("it is empty; a table has a line of heads, such as 'time [s], x [mm]', and two rows or more")
     separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
-    heads = _cells(lines[0][1], separator)
-    places = _places(heads, lines[0][0], kinds, needed)
-    rows = [(i, cells) for i, line in lines[1:] if any(cells := _cells(line, separator))]
+    table = [(i, _cells(line, separator)) for i, line in lines]
+    program, table = translate(table) if translate else ("", table)
+    first, heads = table[0]
+    places = _places(heads, first, kinds, needed)
+    rows = [(i, cells) for i, cells in table[1:] if any(cells)]
     if len(rows) < 2:
         raise InputError(f"a table has a line of heads and two rows or more; it has {len(rows)} below its heads")
     for i, cells in rows:
@@ -121,7 +141,7 @@ def _table(text: str, kinds: Mapping[str, q.Kind], needed: Sequence[str], gaps: 
         for name, (place, factor) in places.items()
     }
     _one_decimal_mark(rows, [place for place, _ in places.values()])
-    return Columns(values, np.array([i for i, _ in rows], dtype=np.int64), comments)
+    return Columns(values, np.array([i for i, _ in rows], dtype=np.int64), comments, program)
 
 
 def _cells(line: str, separator: str) -> list[str]:

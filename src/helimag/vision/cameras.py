@@ -155,7 +155,10 @@ class Rig:
         except OSError as error:
             raise FileError(f"{path} cannot be read: {error.strerror}") from None
         except ValueError as error:
-            raise InputError(f"{path} is not JSON: {error}") from None
+            raise InputError(
+                f"{path} is not a rig, which is JSON ({error}); a lens that OpenCV or MATLAB calibrated is named in "
+                f"the session's [[camera]] as lens, and 'helimag vision calibrate' makes a rig"
+            ) from None
         try:
             first, second = (_camera(entry) for entry in data["cameras"])
             tank = np.array(data["tank_m"], dtype=np.float64).reshape(2, 3)

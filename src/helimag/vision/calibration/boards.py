@@ -29,6 +29,8 @@ class Board:
         Sides of a square and of a marker (m).
     dictionary
         Name of an OpenCV marker dictionary, such as "DICT_4X4_50".
+    legacy
+        Whether the pattern is that of OpenCV before 4.6; with an even number of rows it begins with the other colour.
     """
 
     columns: int = 8
@@ -36,6 +38,7 @@ class Board:
     square: float = 9e-3
     marker: float = 6.75e-3
     dictionary: str = "DICT_4X4_50"
+    legacy: bool = False
 
     @cached_property
     def _board(self) -> Any:
@@ -46,7 +49,9 @@ class Board:
             )
         dictionary = cv2.aruco.getPredefinedDictionary(number)
         try:
-            return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, self.marker, dictionary)
+            board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, self.marker, dictionary)
+            board.setLegacyPattern(self.legacy)
+            return board
         except cv2.error as error:
             raise InputError(f"board cannot be made from these sizes: {error}") from None
 
@@ -70,3 +75,21 @@ class Board:
         if numbers is None or len(numbers) < LEAST_CORNERS:
             return np.zeros(0, np.int64), np.zeros((0, 2))
         return np.asarray(numbers, np.int64).ravel(), np.asarray(pixels, np.float64).reshape(-1, 2)
+
+    def is_plain(self, picture: Picture) -> bool:
+        """Whether a picture shows a chessboard of this size without markers."""
+        inner = (self.columns - 1, self.rows - 1)
+        return bool(min(inner) > 2 and cv2.findChessboardCornersSB(picture, inner)[0])
+
+    def marker_share(self, picture: Picture) -> float | None:
+        """Side of the markers seen over that of the squares seen; None where too few are."""
+        pixels, numbers, corners, names = self._detector.detectBoard(picture)
+        if numbers is None or len(numbers) < LEAST_CORNERS or names is None:
+            return None
+        plane = self.corners[np.asarray(numbers).ravel(), :2]
+        back, _ = cv2.findHomography(np.asarray(pixels, np.float64).reshape(-1, 2), plane)
+        sides = []
+        for four in corners:
+            placed = cv2.perspectiveTransform(np.asarray(four, np.float64).reshape(1, 4, 2), back)[0]
+            sides.append(np.linalg.norm(placed - np.roll(placed, 1, axis=0), axis=1).mean())
+        return float(np.median(sides)) / self.square

@@ -9,8 +9,9 @@ import numpy as np
 from helimag.errors import InputError
 from helimag.vision.calibration.accuracy import cost_of_ignoring, held_out, remarks
 from helimag.vision.calibration.checks import check_accuracy, check_fit, check_index, check_lenses, check_walls
-from helimag.vision.calibration.in_air import board_pose, intrinsics, stereo
+from helimag.vision.calibration.in_air import board_pose, intrinsics, misfit, stereo
 from helimag.vision.calibration.joint import INDEX, WALLS, Fitted, Joint
+from helimag.vision.calibration.lenses import read_lens
 from helimag.vision.calibration.pictures import Found, find_boards
 from helimag.vision.calibration.placements import Pose
 from helimag.vision.calibration.session import Session
@@ -52,11 +53,16 @@ def calibrate(
         Where there are too few usable pictures.
     """
     watch = progress or (lambda _: None)
-    found, sizes = find_boards(session, watch)
+    board, found, sizes = find_boards(session, watch)
+    session = replace(session, board=board)
     cameras = []
     errors = {}
-    for view, seen, size in zip(session.views, found, sizes, strict=True):
-        matrix, distortion, errors[view.name] = intrinsics(session, seen["air"], size)
+    for number, (view, seen, size) in enumerate(zip(session.views, found, sizes, strict=True), 1):
+        if view.lens is None:
+            matrix, distortion, errors[view.name] = intrinsics(session, seen["air"], size)
+        else:
+            matrix, distortion = read_lens(view.lens, number)
+            errors[view.name] = misfit(session, seen["air"], matrix, distortion)
         cameras.append(Camera(view.name, matrix, distortion, np.eye(3), np.zeros(3), size))
     check_lenses(errors)
     fitted, kept = _divided(session, found)

@@ -20,6 +20,16 @@ def intrinsics(session: Session, seen: dict[str, Corners], size: tuple[int, int]
     return np.asarray(matrix, dtype=np.float64), np.asarray(distortion, dtype=np.float64).ravel()[:5], float(rms)
 
 
+def misfit(session: Session, seen: dict[str, Corners], matrix: Floats, distortion: Floats) -> float:
+    """By how much a known lens puts the corners of the pictures in air elsewhere (px, root mean square)."""
+    squares = []
+    for numbers, pixels in seen.values():
+        _, turn, shift = cv2.solvePnP(session.board.corners[numbers], pixels, matrix, distortion)
+        back, _ = cv2.projectPoints(session.board.corners[numbers], turn, shift, matrix, distortion)
+        squares.append(np.sum((back.reshape(-1, 2) - pixels) ** 2, axis=1))
+    return float(np.sqrt(np.mean(np.concatenate(squares)))) if squares else 0.0
+
+
 def stereo(session: Session, found: Found, cameras: list[Camera], names: list[str]) -> Pose:
     """Pose of the second camera: from the first camera's frame to its own."""
     matched = [common(found[0]["air"][name], found[1]["air"][name]) for name in names]

@@ -27,6 +27,7 @@ class View:
     oil: Path
     distance: float  # of the wall from the camera, roughly (m)
     wall: str | None = None  # the tank's face that it looks through, such as "y low", where the session says so
+    lens: Path | None = None  # OpenCV's or MATLAB's calibration of it in air, where there is one
 
 
 @dataclass(frozen=True)
@@ -123,6 +124,7 @@ def _session(data: dict[str, Any], folder: Path) -> Session:
             folder / c["oil"],
             _length(c, "distance", f"camera {c['name']}"),
             _wall(c),
+            folder / str(c["lens"]) if "lens" in c else None,
         )
         for c in cameras
     ]

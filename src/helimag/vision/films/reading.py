@@ -9,12 +9,13 @@ import numpy as np
 
 from helimag.errors import FileError, InputError
 from helimag.vision.films._av import av
-from helimag.vision.films.pictures import Picture, gray, read_picture
+from helimag.vision.films.pictures import Picture, bits_of, eight_bits, gray, read_raw
 from helimag.vision.films.times import read_times
 
 Frame = tuple[float, Picture]
 
 PICTURES = (".png", ".tif", ".tiff")
+TOLD = 8  # pictures of a folder that tell how many bits it has
 COMPLETE = 0.99  # share of the frames that a file's header announces
 
 
@@ -42,7 +43,8 @@ class Film:
         self._times = self._listed_times()
         if self.path.is_dir():
             self._check_folder()
-            height, width = read_picture(self._pictures[0]).shape
+            self.bits = self._check_depth()
+            height, width = read_raw(self._pictures[0]).shape
             self.size = (width, height)
             self.announced = len(self._pictures)
         else:
@@ -76,6 +78,10 @@ class Film:
                 f"and there are {len(self._pictures)} pictures"
             )
 
+    def _check_depth(self) -> int:
+        chosen = np.unique(np.linspace(0, len(self._pictures) - 1, TOLD).astype(int))
+        return bits_of([read_raw(self._pictures[i]) for i in chosen])
+
     def frames(self) -> Iterator[Frame]:
         """Each frame with its time (s), decoded when it is asked for.
 
@@ -86,7 +92,7 @@ class Film:
         """
         if self._pictures:
             for index, file in enumerate(self._pictures):
-                picture = read_picture(file)
+                picture = eight_bits(read_raw(file), self.bits)
                 if picture.shape != (self.size[1], self.size[0]):
                     raise FileError(f"{file} is of another size than the pictures before it")
                 yield self._time(index), picture
@@ -110,7 +116,7 @@ class Film:
         """About ``count`` frames spread over the film, for the background; each decoded on its own."""
         if self._pictures:
             chosen = np.unique(np.linspace(0, len(self._pictures) - 1, count).astype(int))
-            return [read_picture(self._pictures[i]) for i in chosen]
+            return [eight_bits(read_raw(self._pictures[i]), self.bits) for i in chosen]
         pictures = []
         try:
             with _opened(self.path) as container:

@@ -5,11 +5,15 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Self, cast
 
+import numpy as np
+
 from helimag.errors import FileError, InputError
 from helimag.vision._cv import cv2
 from helimag.vision.films._av import av
 from helimag.vision.films.pictures import Picture
 from helimag.vision.films.times import write_times
+
+DEEP = {10: "yuv420p10le"}  # pixel formats of H.264 by bits
 
 
 class FilmWriter:
@@ -25,6 +29,8 @@ class FilmWriter:
         Whether frames are (height, width, 3) RGB instead of gray.
     quality
         H.264 rate factor: lower is better.
+    bits
+        A pixel: 8, in a folder up to 16, in .mp4 8 or 10.
     """
 
     def __init__(
@@ -36,10 +42,12 @@ class FilmWriter:
         colour: bool = False,
         quality: int = 20,
         rate: float = 30.0,
+        bits: int = 8,
     ) -> None:
         self.path = Path(path)
         self.pictures = pictures
         self.colour = colour
+        self.bits = bits
         self.times: list[float] = []
         self.rate = Fraction(rate).limit_denominator(1001)
         self.beside = self.path.with_name(f".part.{self.path.name}")
@@ -51,7 +59,7 @@ class FilmWriter:
                 raise FileError(f"{path} cannot be written: {error.strerror}") from None
             return
         kinds: dict[str, tuple[str, dict[str, str], str]] = {
-            ".mp4": ("libx264", {"crf": str(quality), "preset": "ultrafast", "g": "60"}, "yuv420p"),
+            ".mp4": ("libx264", {"crf": str(quality), "preset": "ultrafast", "g": "60"}, DEEP.get(bits, "yuv420p")),
             ".avi": ("mjpeg", {"qmin": "2", "qmax": "5"}, "yuvj420p"),
         }
         if self.path.suffix not in kinds:
@@ -73,7 +81,8 @@ class FilmWriter:
             raise InputError(f"a frame's time must not be negative; got {time} s")
         if self.pictures is not None:
             name = f"{len(self.times):06d}{self.pictures}"
-            if not cv2.imwrite(str(self.beside / name), picture):
+            deep = picture if self.bits == 8 else picture.astype(np.uint16) << (self.bits - 8)
+            if not cv2.imwrite(str(self.beside / name), deep):
                 raise FileError(f"{self.path / name} cannot be written")
         else:
             frame = av.VideoFrame.from_ndarray(picture, format="rgb24" if self.colour else "gray")

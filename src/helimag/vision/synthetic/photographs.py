@@ -112,6 +112,7 @@ def render_session(
     own: int = 10,
     shared: int = 6,
     oil: int = 12,
+    board: Board | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Photograph a board as a person would to calibrate the rig, and write the session's file.
@@ -120,6 +121,8 @@ def render_session(
     ----------
     own, shared, oil
         Pictures of the board in air for each camera alone, in air for both together, and in the filled tank.
+    board
+        To photograph; default that of the how-to page.
 
     Returns
     -------
@@ -128,7 +131,7 @@ def render_session(
     """
     random = np.random.default_rng(1000 + seed)
     target = Path(folder)
-    board = Board()
+    board = board or Board()
     middle = np.array([board.columns, board.rows, 0]) * board.square / 2.0
     done = 0
     total = 2 * own + 2 * shared + 2 * oil

@@ -118,7 +118,9 @@ def render_run(
         paths[camera.name] = target / (camera.name if kind in FOLDERS else f"{camera.name}{kind}")
         ahead = lead + (effects.clock_offset if view == 1 else 0.0) - begin
         pictures = kind if kind in FOLDERS else None
-        with FilmWriter(paths[camera.name], camera.size, pictures=pictures, rate=effects.rate) as film:
+        with FilmWriter(
+            paths[camera.name], camera.size, pictures=pictures, rate=effects.rate, bits=effects.bits
+        ) as film:
             for index, time in enumerate(shown[view]):
                 film.write(_frame(scene, motion, shape, effects, time, begin, end, random), time + ahead)
                 if progress is not None:

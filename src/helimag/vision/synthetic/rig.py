@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.vision._cv import cv2
 from helimag.vision.cameras import Camera, Rig, looking
+from helimag.vision.films import DEPTHS
 from helimag.vision.refraction import Wall
 
 Floats = NDArray[np.float64]
@@ -36,6 +37,8 @@ class Effects:
         Contrast of the device's mirror image in the oil's surface, as the front view sees it (total reflection).
     bubble
         Diameter of an air bubble that rises through both views where the device is at half time; 0 for none.
+    bits
+        A pixel of the films: 8, 10, 12, 14 or 16 in folders, 8 or 10 in .mp4.
     hidden
         (view, from, until): the device is out of that view in between.
     """
@@ -49,9 +52,12 @@ class Effects:
     reflection: float = 0.35
     bubble: float = 0.0
     hidden: tuple[int, float, float] | None = None
+    bits: int = 8
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if self.bits not in DEPTHS:
+            raise InputError(f"bits must be one of {', '.join(map(str, DEPTHS))}; got {self.bits}")
         if not 0.0 <= self.dropped < 0.9:
             raise InputError(f"dropped must be a share from 0 to 0.9; got {self.dropped}")
 

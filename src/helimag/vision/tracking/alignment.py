@@ -13,6 +13,7 @@ Floats = NDArray[np.float64]
 
 BRIDGE = 1.6  # frames between two sightings across which the device's path is interpolated
 FURTHEST = 5.0  # clock offset that is looked for (s)
+SYSTEMATIC = 0.03  # px by which a view's detections may be off all along
 LEAST_TURN = 2.0  # rolled over the film (rad) from which the roll tells the time
 LEAST_FRAMES = 8
 LARGEST_SPREAD = 0.5  # of the views' difference in roll (rad), beyond which they do not show the same roll
@@ -61,7 +62,7 @@ def find_offset(first: Sighting, second: Sighting, rig: Rig) -> Offset:
     """The clock offset at which the two views' lines of sight miss each other least.
 
     The cost is the sum of squared misses; its curvature gives the standard deviation, with misses taken to be
-    independent once a half second; what the calibration may be off by is added.
+    independent once a half second. What calibration and detection may be off by all along counts as an offset, too.
     """
     seen = np.isfinite(first.rows[:, 0])
     times, middles = first.time[seen], first.rows[seen, :2]
@@ -96,15 +97,17 @@ def find_offset(first: Sighting, second: Sighting, rig: Rig) -> Offset:
     if (
         np.isfinite(curvature) and curvature > 0.0
     ):  # the cost is (speed x offset)^2: the calibration's error counts as an offset
-        sd = float(np.sqrt(2.0 * middle / (curvature * independent) + 2.0 * rig.accuracy**2 / curvature))
+        pixel = 1.0 / float(rig.cameras[0].scale(rig.tank.mean(axis=0)[None])[0])
+        apart = 8.0 * rig.accuracy**2 + 2.0 * (SYSTEMATIC * pixel) ** 2  # of a miss: two views, each over half of it
+        sd = float(np.sqrt(2.0 * middle / (curvature * independent) + 2.0 * apart / curvature))
     return Offset(best, sd, sd < CERTAIN * step)
 
 
-def refined(offset: Offset, first: Floats, second: Floats, rolls: tuple[Floats, Floats], roll_sd: float) -> Offset:
+def by_roll(offset: Offset, first: Floats, second: Floats, rolls: tuple[Floats, Floats], roll_sd: float) -> Offset:
     """A clock offset from the device's roll, which each view shows on its own; any speed along the tank will do.
 
-    The roll repeats itself, so the offset that makes lines of sight meet says which turn is meant. An offset that
-    neither tells is taken to be zero.
+    The roll repeats itself, so ``offset``, which makes lines of sight meet, says which turn is meant. Not found where
+    the device hardly rolls, or that offset leaves more than one turn.
 
     Parameters
     ----------
@@ -119,10 +122,10 @@ def refined(offset: Offset, first: Floats, second: Floats, rolls: tuple[Floats, 
     unknown = Offset(0.0, offset.sd, False)
     rate = float(np.median(_wrapped(np.diff(rolls[0])) / np.diff(first)))
     if not abs(rate) * (first[-1] - first[0]) > LEAST_TURN:
-        return offset if offset.found else unknown
+        return unknown
     period = 2.0 * np.pi / abs(rate)
     if not offset.sd < period / 4.0:
-        return offset if offset.found else unknown
+        return unknown
     value, sd = offset.value, np.inf
     for _ in range(4):
         after = np.clip(np.searchsorted(second, first + value), 1, second.size - 1)
@@ -130,7 +133,7 @@ def refined(offset: Offset, first: Floats, second: Floats, rolls: tuple[Floats, 
         share = (first + value - second[after - 1]) / wide
         inside = (share >= 0.0) & (share <= 1.0) & (wide < BRIDGE * step)
         if inside.sum() < LEAST_FRAMES:
-            return offset if offset.found else unknown
+            return unknown
         turn = _wrapped(rolls[1][after] - rolls[1][after - 1])
         ahead = _wrapped(rolls[1][after - 1] + share * turn - rolls[0])[inside]
         mean = float(np.angle(np.exp(1j * ahead).mean()))
@@ -138,7 +141,7 @@ def refined(offset: Offset, first: Floats, second: Floats, rolls: tuple[Floats, 
         value -= mean / rate
         sd = float(np.hypot(spread / np.sqrt(inside.sum()), roll_sd)) / abs(rate)
     if not (spread < LARGEST_SPREAD and abs(value - offset.value) < period / 2.0 and sd < CERTAIN * step):
-        return offset if offset.found else unknown
+        return unknown
     return Offset(value, sd, True)
 
 

@@ -16,19 +16,19 @@ from helimag.runs.trajectory import Trajectory, versions
 from helimag.vision.cameras import Rig
 from helimag.vision.films import Film
 from helimag.vision.shape import Shape
-from helimag.vision.tracking.alignment import Offset, at, find_offset, frame_interval, refined
+from helimag.vision.tracking.alignment import Offset, at, by_roll, find_offset, frame_interval
 from helimag.vision.tracking.detection import HALF
 from helimag.vision.tracking.pose import Fit, Poses, darker_end, lengths, oriented, solve
 from helimag.vision.tracking.search import Sighting, search
-from helimag.vision.tracking.uncertainty import Spread, covariances
-from helimag.vision.tracking.views import View, parted, prepared
+from helimag.vision.tracking.uncertainty import Deviations, covariances
+from helimag.vision.tracking.views import PreparedView, parted, prepared
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 MEDIAN = 0.79  # of chi-square with three degrees of freedom, over its mean
 APART = 2.0  # px by which the views may disagree all along: clocks, noise and calibration make a few tenths
-ROLL_ERROR = 0.02  # by which the rolls that two views show may differ all along (rad)
+ROLL_ERROR = 0.015  # by which the rolls that two views show may differ all along (rad)
 MISFIT = 16.0  # of the typical misfit: views that disagree more do not show the same thing
 STRAY = 6.0  # standard deviations off its neighbours' polynomial at which a point is left out
 OVERLAP = 0.5  # share of the longer film that both films must cover
@@ -141,14 +141,14 @@ def assemble(
         for sighting, camera, ahead in zip(sightings, rig.cameras, (0.0, offset.value), strict=True)
     ]
     if clock_offset is None:
-        offset = _clock(offset, views)
+        offset = _clock(views, rig)
     joined = _joined((views[0].sighting, views[1].sighting), offset.value, rig)
     poses = _poses(joined, rig, shape)
     spread = _spread(joined, views, offset)
     fresh = covariances(rig, shape, poses, spread, np.ones(joined.frames.size))
     strays = _strays(first.time[joined.frames], poses.head, fresh.head_noise * joined.typical, interval)
     poses = Poses(*(values[~strays] for values in poses))
-    spread = Spread(*(values[~strays] for values in spread))
+    spread = Deviations(*(values[~strays] for values in spread))
     reason = joined.reason.copy()
     reason[joined.frames[strays]] = 3
     attributes = _attributes(first, reason, rig, shape, offset, joined.length, interval)
@@ -196,15 +196,21 @@ def _poses(joined: _Joined, rig: Rig, shape: Shape) -> Poses:
     return oriented(joined.fit, darker, joined.length / 2.0 - shape.nose)
 
 
-def _clock(offset: Offset, views: list[View]) -> Offset:
-    """The clock offset, refined by the roll that both views show."""
+def _clock(views: list[PreparedView], rig: Rig) -> Offset:
+    """The clock offset from the roll that both views show, or else from lines of sight that meet, or else zero.
+
+    Lines of sight tell a clock from a shift of one view along the tank only as far as calibration and detection go.
+    """
+    met = find_offset(views[0].sighting, views[1].sighting, rig)
     one, two = views[0].roll, views[1].roll
-    if one is None or two is None or min(one[0].size, two[0].size) < 2:
-        return offset if offset.found else Offset(0.0, offset.sd, False)
-    return refined(offset, one[0], two[0], (one[1], two[1]), ROLL_ERROR)
+    if one is not None and two is not None and min(one[0].size, two[0].size) > 1:
+        rolled = by_roll(met, one[0], two[0], (one[1], two[1]), ROLL_ERROR)
+        if rolled.found:
+            return rolled
+    return met if met.found else Offset(0.0, met.sd, False)
 
 
-def _spread(joined: _Joined, views: list[View], offset: Offset) -> Spread:
+def _spread(joined: _Joined, views: list[PreparedView], offset: Offset) -> Deviations:
     """Standard deviations of the measured numbers of each used frame; the clock moves the second view's."""
     parts = [parted(rows, view) for rows, view in zip(joined.rows, views, strict=True)]
     fresh, lasting = (np.concatenate(pair, axis=1) for pair in zip(*parts, strict=True))
@@ -216,9 +222,9 @@ def _spread(joined: _Joined, views: list[View], offset: Offset) -> Spread:
         near = np.clip(np.searchsorted(sighting.time, views[0].sighting.time[joined.frames] + offset.value), 0, None)
         moved = np.nan_to_num(moved[np.minimum(near, moved.shape[0] - 1)])
         along = joined.rows[1][:, HALF] / np.linalg.norm(joined.rows[1][:, HALF], axis=1, keepdims=True)
-        clock[:, 4] = np.sum(moved * along, axis=1)
+        clock[:, 4] = clock[:, 6] = np.sum(moved * along, axis=1)
         clock[:, 5] = moved[:, 1] * along[:, 0] - moved[:, 0] * along[:, 1]
-    return Spread(fresh, lasting, clock)
+    return Deviations(fresh, lasting, clock)
 
 
 def _strays(time: Floats, head: Floats, covariance: Floats, interval: float) -> Flags:
@@ -299,7 +305,13 @@ def _attributes(
 
 
 def _trajectory(
-    time: Floats, poses: Poses, spread: Spread, typical: float, rig: Rig, shape: Shape, attributes: dict[str, object]
+    time: Floats,
+    poses: Poses,
+    spread: Deviations,
+    typical: float,
+    rig: Rig,
+    shape: Shape,
+    attributes: dict[str, object],
 ) -> Trajectory:
     interval = float(attributes["frame_interval"])  # type: ignore[arg-type]
     both, weights = sharpened(time, np.concatenate([poses.head, poses.axis], axis=1), interval)

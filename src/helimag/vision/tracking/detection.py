@@ -30,8 +30,9 @@ class Detection:
     ----------
     middle, half
         (2,): between the two ends, and from there to one of them; which of the two is not known.
-    middle_sd, half_sd
-        Standard deviations (2,), along the axis and across.
+    sds
+        Standard deviations (4,): of the end at ``middle + half`` along the axis, of the middle across, of the other end
+        along, of the half length across.
     darkness
         Missing light, summed over the blob (px^2).
     lopsided
@@ -45,8 +46,7 @@ class Detection:
 
     middle: Floats
     half: Floats
-    middle_sd: tuple[float, float]
-    half_sd: tuple[float, float]
+    sds: tuple[float, float, float, float]
     darkness: float
     lopsided: float
     coil: complex = complex(np.nan, np.nan)
@@ -56,7 +56,7 @@ class Detection:
     def row(self) -> Floats:
         """As numbers, for a table; see the places below."""
         known = (self.darkness, self.lopsided, self.coil.real, self.coil.imag, self.rise)
-        return np.array([*self.middle, *self.half, *self.middle_sd, *self.half_sd, *known])
+        return np.array([*self.middle, *self.half, *self.sds, *known])
 
     def shifted(self, right: float, down: float) -> "Detection":
         """The same, seen from another corner of the picture."""
@@ -129,8 +129,8 @@ def measure(
     along = axes[:, 1]
     half, width = np.sqrt(3.0 * large), np.sqrt(3.0 * max(small, 0.08))
     if half < SLENDER * width:
-        sd = 0.02 * width
-        return Detection(middle, half * along, (3 * sd + 0.1, sd + 0.05), (0.5 * width, 0.5 * width), total, 0.0)
+        along_sd, across_sd = 0.56 * width + 0.1, 0.02 * width + 0.05
+        return Detection(middle, half * along, (along_sd, across_sd, along_sd, 0.5 * width), total, 0.0)
     leaning = _line(np.stack([u, v], axis=1), weight, middle, along, half)
     if leaning is None:
         return None
@@ -147,10 +147,9 @@ def measure(
     place = s - (low + high) / 2.0
     fade = np.where(np.abs(place) < reach, weight * (1.0 + np.cos(np.pi * place / reach)), 0.0)
     coil = 2.0 * np.sum(fade * n * np.exp(-1j * np.pi * turns / reach * place)) / fade.sum()
-    sd = (ALONG / np.sqrt(2.0), ACROSS)
-    sd_half = (ALONG / np.sqrt(2.0), 2.0 * ACROSS)
+    sds = (ALONG, ACROSS, ALONG, 2.0 * ACROSS)
     lopsided = float((last - first) / (last + first)) if last + first > 0.0 else 0.0
-    return Detection(centre, along * reach, sd, sd_half, total, lopsided, complex(coil), rise)
+    return Detection(centre, along * reach, sds, total, lopsided, complex(coil), rise)
 
 
 def _line(pixels: Floats, weight: Floats, middle: Floats, along: Floats, half: float) -> tuple[Floats, Floats] | None:

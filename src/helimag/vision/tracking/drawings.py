@@ -20,17 +20,17 @@ LEAST = 16  # drawings from which errors are fitted
 
 
 class Errors(NamedTuple):
-    """Of the detector in one view (px): along and across the device, of its middle and of its half length.
+    """Of the detector in one view (px).
 
-    ``terms`` (k, 4) are coefficients of :func:`_terms`, ``left`` (4,) the standard deviation that they do not explain.
-    The device's roll about its axis is ``sense`` times the coil's phase plus ``zero`` (rad), within ``roll_sd``.
+    ``terms`` (k, 4) are coefficients of :func:`_terms`, along and across the device, of its middle and of its half
+    length; ``left`` (4,) the standard deviations that they do not explain, of the numbers that are fitted.
+    The device's roll about its axis is ``sense`` times the coil's phase plus ``zero`` (rad).
     """
 
     terms: Floats
     left: Floats
     sense: float
     zero: float
-    roll_sd: float
 
 
 def axis_frame(axis: Floats) -> Floats:
@@ -88,11 +88,12 @@ def detector_errors(camera: Camera, head: Floats, axis: Floats, shape: Shape, ri
         fits.append(np.linalg.lstsq(terms, table[:, 4:], rcond=None)[0])
     terms = (1.0 - share) * fits[0] + share * fits[1]
     rest = tables[0][:, 4:] - _terms(tables[0][:, 1], tables[0][:, 3]) @ fits[0]
-    left = np.sqrt(np.sum(rest**2, axis=0) / max(1, rest.shape[0] - terms.shape[0]))
+    ends = np.stack([rest[:, 0] + rest[:, 2], rest[:, 1], rest[:, 0] - rest[:, 2], rest[:, 3]], axis=1)
+    left = np.sqrt(np.sum(ends**2, axis=0) / max(1, rest.shape[0] - terms.shape[0]))
     turn = [np.exp(1j * (tables[0][:, 0] - sense * tables[0][:, 1])) for sense in (1.0, -1.0)]
     sense = 1.0 if abs(turn[0].mean()) > abs(turn[1].mean()) else -1.0
     mean = turn[0 if sense > 0.0 else 1].mean()
-    return Errors(terms, left, sense, float(np.angle(mean)), float(np.sqrt(-2.0 * np.log(min(abs(mean), 1.0 - 1e-12)))))
+    return Errors(terms, left, sense, float(np.angle(mean)))
 
 
 def _drawn(camera: Camera, head: Floats, axis: Floats, roll: float, shape: Shape) -> tuple[Floats, Floats] | None:
@@ -113,7 +114,8 @@ def _drawn(camera: Camera, head: Floats, axis: Floats, roll: float, shape: Shape
         seen = measure(dark, *found[0], head_length=length, turns=shape.turns) if found else None
         if seen is None or not np.isfinite(seen.rise):
             return None
-        row = turned(seen.shifted(box[0], box[1]).row[None], (nose - tail)[None])[0]
+        forward = (nose - tail)[None]
+        row = from_nose(turned(seen.shifted(box[0], box[1]).row[None], forward), forward, shape.turns)[0]
         along = (nose - tail) / np.linalg.norm(nose - tail)
         frame = np.stack([along, [-along[1], along[0]]])
         off = [*(frame @ (row[MIDDLE] - (nose + tail) / 2.0)), *(frame @ (row[HALF] - (nose - tail) / 2.0))]
@@ -122,7 +124,7 @@ def _drawn(camera: Camera, head: Floats, axis: Floats, roll: float, shape: Shape
 
 
 def phases(rows: Floats) -> Floats:
-    """Phase of the coil (n,) in rad, counted from the middle towards the end that ``half`` points to."""
+    """Phase of the coil (n,) in rad, as it is counted in the rows."""
     return np.asarray(np.arctan2(rows[:, COIL.stop - 1], rows[:, COIL.start]))
 
 
@@ -133,6 +135,23 @@ def turned(rows: Floats, ahead: Floats) -> Floats:
     result[:, HALF] *= sense[:, None]
     result[:, 9] *= sense
     result[:, COIL.start] *= sense
+    return result
+
+
+def from_nose(rows: Floats, forward: Floats, turns: float) -> Floats:
+    """Rows whose coil's phase is counted from the nose, not by way of the faint end that compression moves.
+
+    Parameters
+    ----------
+    forward
+        (n, 2): from tail to nose, where a fit puts them (px).
+    turns
+        Of the helix over the device's length.
+    """
+    share = 2.0 * np.linalg.norm(rows[:, HALF], axis=1) / np.linalg.norm(forward, axis=1)
+    coil = (rows[:, COIL.start] + 1j * rows[:, COIL.stop - 1]) * np.exp(1j * np.pi * turns * share)
+    result = rows.copy()
+    result[:, COIL.start], result[:, COIL.stop - 1] = coil.real, coil.imag
     return result
 
 

@@ -4,11 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.runs.smoothing import sharpened
-from helimag.vision.tracking.detection import HALF, MIDDLE, RISE, SDS
+from helimag.vision.tracking.detection import HALF, MIDDLE, RISE
 
 Floats = NDArray[np.float64]
 
-EXPECTED = np.array([0.03, 0.012, 0.03, 0.02])  # px, of a usual film: what is assumed before a film tells
+EXPECTED = np.array([0.03, 0.01, 0.04, 0.02])  # px, of a usual film: what is assumed before a film tells
 WORTH = 4.0  # samples that the assumption is worth
 LEFT = 0.1  # share of a sample's noise that a fit must leave to tell anything
 
@@ -16,7 +16,8 @@ LEFT = 0.1  # share of a sample's noise that a fit must leave to tell anything
 def frame_noise(time: Floats, rows: Floats, interval: float) -> Floats:
     """Standard deviations (4,) in px of a view's detections, independent from frame to frame.
 
-    Along and across the device, of its middle and of its half length, from what a local polynomial over time leaves.
+    Of the head's end along, the middle across, the other end along and the half length across, from what a local
+    polynomial over time leaves.
 
     Parameters
     ----------
@@ -35,7 +36,13 @@ def frame_noise(time: Floats, rows: Floats, interval: float) -> Floats:
         rest = values - smoothed
         along = values[:, HALF] / np.linalg.norm(values[:, HALF], axis=1, keepdims=True)
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-        parts = [np.sum(rest[:, place] * way, axis=1) for place in (MIDDLE, HALF) for way in (along, across)]
+        middle, half = rest[:, MIDDLE], rest[:, HALF]
+        parts = [
+            np.sum((middle + half) * along, axis=1),
+            np.sum(middle * across, axis=1),
+            np.sum((middle - half) * along, axis=1),
+            np.sum(half * across, axis=1),
+        ]
         told = left > LEFT
         for number, part in enumerate(parts):
             clean = part[told] ** 2 / left[told]
@@ -46,10 +53,3 @@ def frame_noise(time: Floats, rows: Floats, interval: float) -> Floats:
             square[number] += clean.sum()
             count[number] += clean.size
     return np.asarray(np.sqrt(square / count))
-
-
-def with_noise(rows: Floats, noise: Floats) -> Floats:
-    """Rows with these standard deviations (4,), but for those of a device that is not slender, which keep their own."""
-    result = rows.copy()
-    result[np.isfinite(rows[:, RISE]), SDS] = noise
-    return result

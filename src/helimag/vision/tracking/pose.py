@@ -91,16 +91,18 @@ def _frames(rows: Floats) -> Floats:
 
 
 def _residuals(rig: Rig, seen: tuple[Floats, Floats], middle: Floats, axis: Floats, length: float) -> Floats:
-    """Measured less predicted over standard deviation: (n, 8)."""
+    """Measured less predicted over standard deviation (n, 8): of each view the end that ``half`` points to, along the
+    device; the middle, across; the other end, along; the half length, across."""
     parts = []
     for camera, rows in zip(rig.cameras, seen, strict=True):
         ends = camera.project(np.stack([middle + length / 2.0 * axis, middle - length / 2.0 * axis], axis=1))
         centre, half = ends.mean(axis=1), (ends[:, 0] - ends[:, 1]) / 2.0
         turned = _frames(rows)
         sign = np.where(np.sum(rows[:, 2:4] * half, axis=1) >= 0.0, 1.0, -1.0)
-        off = np.einsum("nij,nj->ni", turned, rows[:, :2] - centre) / rows[:, 4:6]
-        lean = np.einsum("nij,nj->ni", turned, rows[:, 2:4] - sign[:, None] * half) / rows[:, 6:8]
-        parts += [off, lean]
+        off = np.einsum("nij,nj->ni", turned, rows[:, :2] - centre)
+        lean = np.einsum("nij,nj->ni", turned, rows[:, 2:4] - sign[:, None] * half)
+        ends_along = np.stack([off[:, 0] + lean[:, 0], off[:, 0] - lean[:, 0]], axis=1)
+        parts.append(np.stack([ends_along[:, 0], off[:, 1], ends_along[:, 1], lean[:, 1]], axis=1) / rows[:, SDS])
     return np.concatenate(parts, axis=1)
 
 

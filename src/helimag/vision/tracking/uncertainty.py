@@ -12,7 +12,7 @@ from helimag.vision.tracking.pose import Poses
 Floats = NDArray[np.float64]
 
 
-class Spread(NamedTuple):
+class Deviations(NamedTuple):
     """Of the eight measured numbers of each frame (n, 8) in px: what is fresh in every frame, what stays as long as a
     smoothing window, and by how much the numbers would move with the clock offset's standard deviation."""
 
@@ -29,7 +29,7 @@ class Covariances(NamedTuple):
     head_noise: Floats
 
 
-def covariances(rig: Rig, shape: Shape, poses: Poses, spread: Spread, calm: Floats) -> Covariances:
+def covariances(rig: Rig, shape: Shape, poses: Poses, spread: Deviations, calm: Floats) -> Covariances:
     """Add up what is uncertain about each pose.
 
     Parameters

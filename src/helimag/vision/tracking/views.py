@@ -8,31 +8,31 @@ from numpy.typing import NDArray
 from helimag.vision.cameras import Camera
 from helimag.vision.shape import Shape
 from helimag.vision.tracking.detection import RISE, SDS
-from helimag.vision.tracking.drawings import Errors, corrected, detector_errors, phases, tilts, turned
+from helimag.vision.tracking.drawings import corrected, detector_errors, from_nose, phases, tilts, turned
 from helimag.vision.tracking.noise import frame_noise
 from helimag.vision.tracking.pose import Poses
 from helimag.vision.tracking.search import Sighting
 
 Floats = NDArray[np.float64]
 
-# px, along and across, of the middle and of the half length, by which H.264 moves the tail's faint end all along
-# a film: measured on rendered films at rate factor 20, where pictures without loss are off by 0.005
-LOSSY = np.array([0.04, 0.01, 0.02, 0.01])
+# px by which H.264 moves the head's end, the middle across, the tail's faint end and the half length across all along a
+# film; measured on rendered films at rate factor 20, where pictures without loss are off by 0.005
+LOSSY = np.array([0.02, 0.01, 0.07, 0.01])
 
 
-class View(NamedTuple):
+class PreparedView(NamedTuple):
     """A sighting whose rows point to the head and are corrected; its fresh and lasting standard deviations (4,) in px;
-    and where the device's roll is seen, its times (s), rolls (rad) and their error all along."""
+    and where the device's roll is seen, its times (s) and rolls (rad)."""
 
     sighting: Sighting
     fresh: Floats
     lasting: Floats
-    roll: tuple[Floats, Floats, float] | None
+    roll: tuple[Floats, Floats] | None
 
 
 def prepared(
     sighting: Sighting, camera: Camera, shape: Shape, time: Floats, poses: Poses, ahead: float, interval: float
-) -> View:
+) -> PreparedView:
     """Make a view's detections ready, with poses that a first fit found.
 
     Parameters
@@ -45,11 +45,11 @@ def prepared(
     seen = np.isfinite(sighting.rows[:, 0])
     near = np.clip(np.searchsorted(time, sighting.time - ahead), 0, time.size - 1)
     head, axis = poses.head[near], poses.axis[near]
-    forward = camera.project(head + 1e-3 * axis) - camera.project(head - 1e-3 * axis)
-    rows = turned(sighting.rows, forward)
+    forward = camera.project(head + shape.nose * axis) - camera.project(head + shape.tail * axis)
+    rows = from_nose(turned(sighting.rows, forward), forward, shape.turns)
     slender = seen & np.isfinite(rows[:, RISE])
     if not slender.any():
-        return View(sighting._replace(rows=rows), np.zeros(4), np.zeros(4), None)
+        return PreparedView(sighting._replace(rows=rows), np.zeros(4), np.zeros(4), None)
     errors = detector_errors(camera, poses.head, poses.axis, shape, float(np.median(rows[slender, RISE])))
     fresh = frame_noise(sighting.time, rows, interval)
     if errors is None:
@@ -59,18 +59,14 @@ def prepared(
         rows = corrected(rows, errors, tilts(camera, head, axis))
         fresh = frame_noise(sighting.time, rows, interval)
         lasting = errors.left
-        roll = _roll(sighting.time[slender], rows[slender], errors)
+        roll = (sighting.time[slender], errors.sense * phases(rows[slender]) + errors.zero)
     if sighting.lossy:
         lasting = np.hypot(lasting, LOSSY)
     rows[slender, SDS] = np.hypot(fresh, lasting)
-    return View(sighting._replace(rows=rows), fresh, lasting, roll)
+    return PreparedView(sighting._replace(rows=rows), fresh, lasting, roll)
 
 
-def _roll(time: Floats, rows: Floats, errors: Errors) -> tuple[Floats, Floats, float]:
-    return time, errors.sense * phases(rows) + errors.zero, errors.roll_sd
-
-
-def parted(rows: Floats, view: View) -> tuple[Floats, Floats]:
+def parted(rows: Floats, view: PreparedView) -> tuple[Floats, Floats]:
     """Fresh and lasting standard deviations (n, 4) of rows; what is not slender is uncertain for long."""
     slender = np.isfinite(rows[:, RISE])[:, None]
     return np.where(slender, view.fresh, 0.0), np.where(slender, view.lasting, rows[:, SDS])
