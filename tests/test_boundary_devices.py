@@ -213,6 +213,22 @@ def two_balls(gap):
     return np.concatenate([sphere(2).corners, sphere(2).corners + np.array([gap, 0.0, 0.0])])
 
 
+def test_wire_begins_behind_the_head():
+    device = short().device
+    mesh = next(device_surfaces(device))
+    wire, head = (mesh.corners[mesh.part == k] for k in (0, 1))
+    reach = device.head.reach
+    assert -reach < wire[:, :, 0].max() < -reach + device.helix.wire_radius
+    assert abs(head[:, :, 0].max() - reach) < 0.1 * reach
+
+
+def test_surfaces_of_devices_are_closed():
+    wire = next(device_surfaces(short(head=None).device))
+    assert checked(wire.corners, "wire").part.max() == 0
+    cylinder = {"shape": "cylinder", "length": "1 mm", "diameter": "2 mm"}
+    assert len(checked(next(device_surfaces(short(helix=None, head=cylinder).device)).corners, "head")) > 100
+
+
 def test_closed_surfaces_pass():
     assert checked(sphere(2).corners, "ball").part.max() == 0
     assert checked(two_balls(2.5), "pair").part.max() == 1
