@@ -1,5 +1,6 @@
 """The boundary model in scenarios: headless helices, heads alone, STL bodies, its cache and what it says."""
 
+import json
 import struct
 import sys
 import time
@@ -310,14 +311,15 @@ def test_other_shape_tolerance_or_plane_is_another_solution(monkeypatch):
     assert len(calls) == 6
 
 
-@pytest.mark.parametrize("content", ["", "{}", "not json", '{"resistance": [[1]]}', "half"])
+@pytest.mark.parametrize("content", ["", "{}", "not json", '{"resistance": [[1]]}', "half", "one level"])
 def test_broken_cache_file_is_solved_again(monkeypatch, empty_cache, content):
     calls = counted(monkeypatch)
     device = short(helix=None).device
     found = boundary.solution(device)
     (path,) = empty_cache.iterdir()
     whole = path.read_text()
-    path.write_text(whole[: len(whole) // 2] if content == "half" else content)
+    one_level = json.dumps(json.loads(whole) | {"levels": json.loads(whole)["levels"][:1]})
+    path.write_text({"half": whole[: len(whole) // 2], "one level": one_level}.get(content, content))
     cache._memory.clear()
     assert np.array_equal(boundary.solution(device).resistance, found.resistance)
     assert len(calls) == 2
