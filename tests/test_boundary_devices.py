@@ -1,5 +1,6 @@
 """The boundary model in scenarios: headless helices, heads alone, STL bodies, its cache and what it says."""
 
+import json
 import struct
 import sys
 import time
@@ -213,6 +214,22 @@ def two_balls(gap):
     return np.concatenate([sphere(2).corners, sphere(2).corners + np.array([gap, 0.0, 0.0])])
 
 
+def test_wire_begins_behind_the_head():
+    device = short().device
+    mesh = next(device_surfaces(device))
+    wire, head = (mesh.corners[mesh.part == k] for k in (0, 1))
+    reach = device.head.reach
+    assert -reach < wire[:, :, 0].max() < -reach + device.helix.wire_radius
+    assert abs(head[:, :, 0].max() - reach) < 0.1 * reach
+
+
+def test_surfaces_of_devices_are_closed():
+    wire = next(device_surfaces(short(head=None).device))
+    assert checked(wire.corners, "wire").part.max() == 0
+    cylinder = {"shape": "cylinder", "length": "1 mm", "diameter": "2 mm"}
+    assert len(checked(next(device_surfaces(short(helix=None, head=cylinder).device)).corners, "head")) > 100
+
+
 def test_closed_surfaces_pass():
     assert checked(sphere(2).corners, "ball").part.max() == 0
     assert checked(two_balls(2.5), "pair").part.max() == 1
@@ -294,14 +311,15 @@ def test_other_shape_tolerance_or_plane_is_another_solution(monkeypatch):
     assert len(calls) == 6
 
 
-@pytest.mark.parametrize("content", ["", "{}", "not json", '{"resistance": [[1]]}', "half"])
+@pytest.mark.parametrize("content", ["", "{}", "not json", '{"resistance": [[1]]}', "half", "one level"])
 def test_broken_cache_file_is_solved_again(monkeypatch, empty_cache, content):
     calls = counted(monkeypatch)
     device = short(helix=None).device
     found = boundary.solution(device)
     (path,) = empty_cache.iterdir()
     whole = path.read_text()
-    path.write_text(whole[: len(whole) // 2] if content == "half" else content)
+    one_level = json.dumps(json.loads(whole) | {"levels": json.loads(whole)["levels"][:1]})
+    path.write_text({"half": whole[: len(whole) // 2], "one level": one_level}.get(content, content))
     cache._memory.clear()
     assert np.array_equal(boundary.solution(device).resistance, found.resistance)
     assert len(calls) == 2
