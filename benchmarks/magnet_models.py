@@ -17,7 +17,7 @@ SHAPES |= {"20 x 50 mm": (10e-3, 50e-3), "10 x 60 mm": (5e-3, 60e-3)}
 
 @wp.kernel(enable_backward=False)
 def fields_of(
-    magnets: wp.array(dtype=magnetics.Magnet), places: wp.array(dtype=wp.vec3d), fields: wp.array(dtype=wp.vec3d)
+    magnets: wp.array(dtype=magnetics.FieldSource), places: wp.array(dtype=wp.vec3d), fields: wp.array(dtype=wp.vec3d)
 ):
     i = wp.tid()
     field, force = magnetics.cylinder(magnets[0], places[i], wp.vec3d(0.0, 0.0, 1.0), wp.vec3d(1.0, 0.0, 0.0))
@@ -49,7 +49,7 @@ def error(scenario: hm.Scenario, diameters: float) -> float:
     lid = np.linspace(0.0, 1.0, 100)[:, None] * [magnet.radius, 0.0, 0.0] + [0.0, 0.0, magnet.height / 2 + gap]
     places = np.concatenate([corner, lid])
     found = wp.zeros(len(places), dtype=wp.vec3d, device="cpu")
-    magnets = wp.array(pack_magnets([scenario])[0], dtype=magnetics.Magnet, device="cpu")
+    magnets = wp.array(pack_magnets([scenario])[0], dtype=magnetics.FieldSource, device="cpu")
     wp.launch(fields_of, len(places), [magnets, wp.array(places, dtype=wp.vec3d, device="cpu"), found], device="cpu")
     theirs = exact.getB(places)
     return float((np.linalg.norm(found.numpy() - theirs, axis=1) / np.linalg.norm(theirs, axis=1)).max())

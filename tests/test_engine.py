@@ -18,9 +18,9 @@ from helimag.engine import running as running_module
 from helimag.engine.control import scaled_square
 from helimag.engine.methods import weighted_sum
 from helimag.outcomes import End
-from helimag.physics.balance import Body
+from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State, normalized
-from helimag.physics.magnetics import Magnet, dipole_field, dipole_force
+from helimag.physics.magnetics import FieldSource, dipole_field, dipole_force
 
 SINKING = {
     "moment": 1e-30,
@@ -48,10 +48,10 @@ def build_rk4(system):
 
     @wp.func
     def step(
-        body: Body,
+        body: Swimmer,
         around: here_type,
         drive: drive_type,
-        magnets: wp.array(dtype=Magnet),
+        magnets: wp.array(dtype=FieldSource),
         t: wp.float64,
         h: wp.float64,
         state: State,
@@ -64,10 +64,10 @@ def build_rk4(system):
 
     @wp.func
     def trial(
-        body: Body,
+        body: Swimmer,
         around: here_type,
         drive: drive_type,
-        magnets: wp.array(dtype=Magnet),
+        magnets: wp.array(dtype=FieldSource),
         control: Control,
         t: wp.float64,
         h: wp.float64,
@@ -134,7 +134,7 @@ def as_everywhere(surroundings: Thickening, position: wp.vec3d, rotation: wp.mat
 
 @wp.func
 def thickening(
-    body: Body, here: Thickening, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
+    body: Swimmer, here: Thickening, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
 ) -> wp.spatial_vectord:
     """A fluid whose drag grows linearly with depth."""
     return (body.mobility * load) / (wp.float64(1.0) - position[2] / here.depth)
@@ -164,7 +164,7 @@ def test_a_mobility_that_depends_on_height():
 
 
 @wp.func
-def halved(magnet: Magnet, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
+def halved(magnet: FieldSource, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
     """A magnet that has lost half its strength."""
     moment = HALF * magnet.moment * axis
     return dipole_field(r, moment), dipole_force(r, moment, m)

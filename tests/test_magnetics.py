@@ -36,7 +36,7 @@ def differences(field, r, m, step):
 
 @wp.kernel(enable_backward=False)
 def cylinders(
-    magnets: wp.array(dtype=magnetics.Magnet),
+    magnets: wp.array(dtype=magnetics.FieldSource),
     places: wp.array(dtype=wp.vec3d),
     axis: wp.vec3d,
     moments: wp.array(dtype=wp.vec3d),
@@ -52,7 +52,7 @@ def cylinders(
 def fields_and_forces(packed, places, axis, moments):
     """The kernels' cylinder at many places: (n, 3) each."""
     count = len(places)
-    magnets = wp.array(packed, dtype=magnetics.Magnet, device="cpu")
+    magnets = wp.array(packed, dtype=magnetics.FieldSource, device="cpu")
     given = [wp.array(values, dtype=wp.vec3d, device="cpu") for values in (places, moments)]
     found = [wp.zeros(count, dtype=wp.vec3d, device="cpu") for _ in range(2)]
     inputs = [magnets, given[0], wp.vec3d(*axis), given[1], *found]

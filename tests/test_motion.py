@@ -8,7 +8,7 @@ import oracles
 from helimag.engine import loop
 from helimag.engine import packing as _pack
 from helimag.physics import magnetics
-from helimag.physics.balance import Body
+from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import rpm_pose
 
 DIAGONAL = np.diag([0.10, 0.13, 0.13, 8e-9, 6e-6, 6e-6])
@@ -121,8 +121,8 @@ def fixed_steps(c, duration, steps):
     clocks = _pack.pack_clocks([scenario], 1e300)
     clocks["longest"] = duration / steps * (1 + 1e-12)
     inputs = [
-        (_pack.pack_bodies([scenario]), Body),
-        (_pack.pack_magnets([scenario]), magnetics.Magnet),
+        (_pack.pack_bodies([scenario]), Swimmer),
+        (_pack.pack_magnets([scenario]), magnetics.FieldSource),
         (clocks, loop.Clock),
         (_pack.pack_bounds([scenario]), loop.Bounds),
     ]

@@ -16,9 +16,9 @@ from helimag.hydrodynamics.boundary import Plane
 from helimag.hydrodynamics.boundary.surfaces import head_surface
 from helimag.hydrodynamics.boundary.tables import make_table
 from helimag.outcomes import End
-from helimag.physics.balance import Body
+from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State, head_position, rotation_matrix
-from helimag.physics.walls import Walls, near_walls, seen_walls
+from helimag.physics.walls import FloorAndSurface, near_walls, seen_walls
 
 BALL = {"shape": "sphere", "radius": 0.001}
 ROD = {"shape": "spheroid", "length": 0.006, "diameter": 0.001}
@@ -63,8 +63,8 @@ def scenario(head, *, weight=WEIGHT, near=True, **workspace):
 
 @wp.kernel(enable_backward=False)
 def respond(
-    body: wp.array(dtype=Body),
-    around: wp.array(dtype=Walls),
+    body: wp.array(dtype=Swimmer),
+    around: wp.array(dtype=FloorAndSurface),
     states: wp.array(dtype=State),
     loads: wp.array(dtype=wp.spatial_vectord),
     motions: wp.array(dtype=wp.spatial_vectord),
@@ -92,7 +92,7 @@ def test_the_kernel_answers_as_the_table_does(kind):
     loads = rng.normal(size=(60, 6)) * np.array([1e-4] * 3 + [1e-7] * 3)
     system = system_of(run)
     given = [
-        wp.array(pack_bodies([run]), dtype=Body, device="cpu"),
+        wp.array(pack_bodies([run]), dtype=Swimmer, device="cpu"),
         system.medium.pack([run], "cpu"),
         wp.array(states, dtype=State, device="cpu"),
         wp.array(loads, dtype=wp.spatial_vectord, device="cpu"),
@@ -139,7 +139,7 @@ def free_surface(distance, radius, terms=60):
 
 @pytest.mark.parametrize(("kind", "drag"), [("floor", brenner), ("surface", free_surface)])
 def test_a_ball_comes_to_a_wall_as_brenner_says(kind, drag):
-    """Down to a gap of half a radius, within 2 % of the time with these coarse tables; without walls it is there far too early."""
+    """Down to a gap of half a radius, within 2 % of the time with coarse tables; without walls far too early."""
     wall = 0.011
     sense = -1.0 if kind == "floor" else 1.0
     near = scenario(BALL, weight=-sense * WEIGHT, **{kind: sense * wall})

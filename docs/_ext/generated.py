@@ -39,7 +39,7 @@ def original(thing: Any) -> Any:
 
     if isinstance(thing, wp.Function):
         return thing.func
-    return thing.cls if isinstance(thing, type(kinematics.Drive)) and not inspect.isclass(thing) else thing
+    return thing.cls if isinstance(thing, type(kinematics.ArmMotion)) and not inspect.isclass(thing) else thing
 
 
 def formula_modules() -> Iterator[types.ModuleType]:

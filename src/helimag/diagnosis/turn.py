@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from helimag.checks import rotation_at_start
 from helimag.engine import build_load, pack_magnets, ready, system_of
 from helimag.physics.kinematics import RpmPose
-from helimag.physics.magnetics import Magnet
+from helimag.physics.magnetics import FieldSource
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,7 @@ def build_turn(magnet_model: Callable[..., Any]) -> wp.Kernel:
 
     @wp.kernel(enable_backward=False, module="unique")
     def turn(
-        magnets: wp.array(dtype=Magnet),
+        magnets: wp.array(dtype=FieldSource),
         rotation: wp.mat33d,
         moment: wp.float64,
         places: wp.array(dtype=wp.vec3d),
@@ -57,7 +57,7 @@ def over_a_turn(scenario: Scenario, places: Floats) -> tuple[Floats, Floats]:
     ready(kernel, "cpu")
     count = len(places)
     fields, forces = (wp.zeros((count, PHASES), dtype=wp.vec3d, device="cpu") for _ in range(2))
-    magnets = wp.array(pack_magnets([scenario])[0], dtype=Magnet, device="cpu")
+    magnets = wp.array(pack_magnets([scenario])[0], dtype=FieldSource, device="cpu")
     rotation = wp.mat33d(rotation_at_start(scenario))
     given = wp.array(np.ascontiguousarray(places), dtype=wp.vec3d, device="cpu")
     inputs = [magnets, rotation, wp.float64(scenario.device.magnetic_moment), given, fields, forces]

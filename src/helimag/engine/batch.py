@@ -18,8 +18,8 @@ from helimag.engine.samples import Record, Schedule, pack_schedules, sample_time
 from helimag.engine.structures import structs
 from helimag.engine.system import System
 from helimag.outcomes import End
-from helimag.physics.balance import Body
-from helimag.physics.magnetics import Magnet
+from helimag.physics.balance import Swimmer
+from helimag.physics.magnetics import FieldSource
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,7 @@ FIRST_STEP = 1e-3  # of a turn of the magnet
 
 
 @dataclass(frozen=True)
-class Settings:
+class Stepping:
     """How runs are advanced.
 
     Attributes
@@ -75,7 +75,7 @@ class Batch:
         system: System,
         scenarios: Sequence[Scenario],
         progress: NDArray[np.void],
-        settings: Settings,
+        settings: Stepping,
         records: Sequence[NDArray[np.void]] = (),
     ) -> None:
         self.scenarios = scenarios
@@ -83,13 +83,13 @@ class Batch:
         self._kernel = build_advance(system, settings.method)
         self._begun = time.perf_counter()
         inputs = (
-            (pack_magnets(scenarios), Magnet),
+            (pack_magnets(scenarios), FieldSource),
             (pack_controls(scenarios, settings.tolerance), Control),
             (pack_bounds(scenarios), Bounds),
             (pack_schedules(scenarios), Schedule),
         )
         self._inputs = [
-            wp.array(pack_bodies(scenarios), dtype=Body, device=settings.device),
+            wp.array(pack_bodies(scenarios), dtype=Swimmer, device=settings.device),
             system.medium.pack(scenarios, settings.device),
             pack_drives(scenarios, settings.device),
             *(wp.array(values, dtype=kind, device=settings.device) for values, kind in inputs),

@@ -10,7 +10,7 @@ from helimag.engine.packing import initial_gap
 from helimag.engine.structures import structs
 from helimag.outcomes import End
 from helimag.physics.kinematics import RpmPose, State, head_position, rotation_matrix
-from helimag.physics.magnetics import Magnet
+from helimag.physics.magnetics import FieldSource
 from helimag.scenario import Scenario
 
 FALL_LIMIT = 2.0  # of the initial gap: a device this far below its start is not followed further
@@ -52,7 +52,7 @@ def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
 
 
 @wp.func
-def clearance(bounds: Bounds, magnets: wp.array(dtype=Magnet), pose: RpmPose, state: State):
+def clearance(bounds: Bounds, magnets: wp.array(dtype=FieldSource), pose: RpmPose, state: State):
     """Least distance (m) to anything that ends the run, and the number of the End that would be."""
     head = head_position(state)
     rotation = rotation_matrix(state)

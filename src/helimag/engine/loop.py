@@ -23,9 +23,9 @@ from helimag.engine.samples import (
 from helimag.engine.synchrony import Synchrony, lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates
 from helimag.outcomes import End
-from helimag.physics.balance import Body, moment_of
+from helimag.physics.balance import Swimmer, moment_of
 from helimag.physics.kinematics import State, head_position, rotation_matrix
-from helimag.physics.magnetics import Magnet
+from helimag.physics.magnetics import FieldSource
 
 ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
@@ -66,11 +66,11 @@ def build_attempt(system: System, method: Method) -> wp.Function:
 
     @wp.func
     def attempt(
-        body: Body,
+        body: Swimmer,
         surroundings: surroundings_type,
         here: here_type,
         drive: drive_type,
-        magnets: wp.array(dtype=Magnet),
+        magnets: wp.array(dtype=FieldSource),
         control: Control,
         bounds: Bounds,
         end: wp.float64,
@@ -115,10 +115,10 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
-        bodies: wp.array(dtype=Body),
+        bodies: wp.array(dtype=Swimmer),
         surroundings: wp.array(dtype=surroundings_type),
         drives: wp.array(dtype=drive_type),
-        magnets: wp.array2d(dtype=Magnet),
+        magnets: wp.array2d(dtype=FieldSource),
         controls: wp.array(dtype=Control),
         bounds: wp.array(dtype=Bounds),
         schedules: wp.array(dtype=Schedule),

@@ -15,9 +15,9 @@ from scipy.integrate import DOP853 as TABLEAU
 
 from helimag.engine.control import Control, scaled_square
 from helimag.engine.system import System, build_rates
-from helimag.physics.balance import Body
+from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State, normalized
-from helimag.physics.magnetics import Magnet
+from helimag.physics.magnetics import FieldSource
 
 STAGES = TABLEAU.n_stages
 LOW_SHARE = wp.constant(wp.float64(0.01))  # of the order-3 estimate in DOP853's blend
@@ -92,10 +92,10 @@ def build_dop853(system: System) -> wp.Function:
 
     @wp.func
     def trial(
-        body: Body,
+        body: Swimmer,
         here: here_type,
         drive: drive_type,
-        magnets: wp.array(dtype=Magnet),
+        magnets: wp.array(dtype=FieldSource),
         control: Control,
         t: wp.float64,
         h: wp.float64,

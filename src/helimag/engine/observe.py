@@ -11,7 +11,7 @@ from helimag.engine.packing import pack_drives, pack_magnets
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import System, build_load, system_of
 from helimag.physics.kinematics import State, head_position
-from helimag.physics.magnetics import Magnet, phased_axis
+from helimag.physics.magnetics import FieldSource, phased_axis
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ def build_observe(system: System) -> wp.Kernel:
     @wp.kernel(enable_backward=False, module="unique")
     def observe(
         drives: wp.array(dtype=drive_type),
-        magnets: wp.array(dtype=Magnet),
+        magnets: wp.array(dtype=FieldSource),
         times: wp.array(dtype=wp.float64),
         states: wp.array(dtype=State),
         positions: wp.array(dtype=wp.vec3d),
@@ -57,7 +57,7 @@ def observed(scenario: Scenario, times: Floats, states: Floats) -> dict[str, Flo
     position, moment, field = (wp.zeros(count, dtype=wp.vec3d, device="cpu") for _ in range(3))
     lag = wp.zeros(count, dtype=wp.float64, device="cpu")
     drive = pack_drives([scenario], "cpu")
-    magnets = wp.array(pack_magnets([scenario])[0], dtype=Magnet, device="cpu")
+    magnets = wp.array(pack_magnets([scenario])[0], dtype=FieldSource, device="cpu")
     given = [wp.array(times, dtype=wp.float64, device="cpu"), wp.array(states, dtype=State, device="cpu")]
     wp.launch(kernel, dim=count, inputs=[drive, magnets, *given, position, moment, field, lag], device="cpu")
     return {

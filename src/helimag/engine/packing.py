@@ -12,10 +12,9 @@ from helimag.engine.structures import structs
 from helimag.geometry import magnet_start
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.physics import magnetics
-from helimag.physics.balance import Body
-from helimag.physics.kinematics import Drive, Knot, SampledDrive
-from helimag.scenario import Device, Fluid, Path, Scenario
-from helimag.scenario import Magnet as MagnetModel
+from helimag.physics.balance import Swimmer
+from helimag.physics.kinematics import ArmMotion, Knot, SampledMotion
+from helimag.scenario import Device, Fluid, Magnet, Path, Scenario
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +33,7 @@ def arm_position(scenario: Scenario) -> Floats:
 
 def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     """Devices as the kernels take them."""
-    return structs(Body, [_body(scenario.device, scenario.fluid) for scenario in scenarios])
+    return structs(Swimmer, [_body(scenario.device, scenario.fluid) for scenario in scenarios])
 
 
 @lru_cache(maxsize=64)  # batches that differ in their drives alone are packed again and again
@@ -53,11 +52,11 @@ def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
     paths = [scenario.drive.path for scenario in scenarios]
     if paths[0] is not None:
         sampled = [_sampled(s, path, device) for s, path in zip(scenarios, paths, strict=True) if path is not None]
-        drives = wp.array(sampled, dtype=SampledDrive, device=device)
+        drives = wp.array(sampled, dtype=SampledMotion, device=device)
         drives.samples = sampled  # the array only points to these; they must live as long as it does
         return drives
     packed = structs(
-        Drive,
+        ArmMotion,
         [
             {
                 "arm": arm_position(scenario),
@@ -70,12 +69,12 @@ def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
             for scenario in scenarios
         ],
     )
-    return wp.array(packed, dtype=Drive, device=device)
+    return wp.array(packed, dtype=ArmMotion, device=device)
 
 
-def _sampled(scenario: Scenario, path: Path, device: str) -> SampledDrive:
+def _sampled(scenario: Scenario, path: Path, device: str) -> SampledMotion:
     spline = path.spline(scenario.drive.pitch)
-    sampled = SampledDrive()
+    sampled = SampledMotion()
     sampled.times = wp.array(spline.x, dtype=wp.float64, device=device)
     sampled.pieces = wp.array(np.ascontiguousarray(spline.c.transpose(1, 0, 2)), dtype=Knot, device=device)
     sampled.spin_rate = 2.0 * math.pi * scenario.drive.frequency
@@ -91,11 +90,11 @@ def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
             rows.append(_magnet(magnet))
         # where a magnet is already: elsewhere, a device could touch what is not there
         rows += [{"offset": scenario.magnet[0].offset}] * (most - len(scenario.magnet))
-    return structs(magnetics.Magnet, rows).reshape(len(scenarios), most)
+    return structs(magnetics.FieldSource, rows).reshape(len(scenarios), most)
 
 
 @lru_cache(maxsize=64)
-def _magnet(magnet: MagnetModel) -> dict[str, object]:
+def _magnet(magnet: Magnet) -> dict[str, object]:
     slices = math.ceil(magnet.height / (THICKEST_SLICE * 2.0 * magnet.radius))
     phase = magnet.phase or 0.0
     return {

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.batch import TOLERANCE, Batch, Settings, started
+from helimag.engine.batch import TOLERANCE, Batch, Stepping, started
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
 from helimag.engine.loop import build_advance
@@ -40,7 +40,7 @@ class _Job:
     records: list[NDArray[np.void]]
     batch: Batch | None = None
 
-    def advance(self, settings: Settings, stop: threading.Event) -> None:
+    def advance(self, settings: Stepping, stop: threading.Event) -> None:
         """Take the runs to their ends, or to where they are when told to stop."""
         self.batch = Batch(self.system, self.scenarios, self.progress, settings, self.records)
         budget = FIRST_BUDGET
@@ -127,10 +127,10 @@ def advancing(
         ready(build_advance(formulas, method), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
     workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
-    return _watched(Underway(total, jobs), jobs, Settings(method, tolerance, device), workers)
+    return _watched(Underway(total, jobs), jobs, Stepping(method, tolerance, device), workers)
 
 
-def _watched(underway: Underway, jobs: list[_Job], settings: Settings, workers: int) -> Iterator[Underway]:
+def _watched(underway: Underway, jobs: list[_Job], settings: Stepping, workers: int) -> Iterator[Underway]:
     """Advance jobs on threads and look in now and then; the first failure is raised at once."""
     stop = threading.Event()
     with ThreadPoolExecutor(workers, thread_name_prefix="helimag-runs") as pool:

@@ -14,7 +14,7 @@ import warp as wp
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.walls import NEAR_WALLS
 from helimag.physics import magnetics
-from helimag.physics.balance import Body, load_on, moment_of
+from helimag.physics.balance import Swimmer, load_on, moment_of
 from helimag.physics.kinematics import (
     RpmPose,
     State,
@@ -24,7 +24,7 @@ from helimag.physics.kinematics import (
     sampled_rpm_pose,
     state_rates,
 )
-from helimag.physics.magnetics import Magnet, phased_axis
+from helimag.physics.magnetics import FieldSource, phased_axis
 from helimag.scenario import Scenario
 
 MAGNET_MODELS = {"dipole": magnetics.point_dipole, "cylinder": magnetics.cylinder}
@@ -68,7 +68,7 @@ def build_load(magnet_model: Callable[..., Any]) -> wp.Function:
     """Make the function that sums field (T) and force (N) of all magnets on a moment ``m`` at ``head``."""
 
     @wp.func
-    def load(magnets: wp.array(dtype=Magnet), pose: RpmPose, head: wp.vec3d, m: wp.vec3d):
+    def load(magnets: wp.array(dtype=FieldSource), pose: RpmPose, head: wp.vec3d, m: wp.vec3d):
         field = wp.vec3d()
         force = wp.vec3d()
         rotation_axis = wp.vec3d(pose.rotation[0, 0], pose.rotation[1, 0], pose.rotation[2, 0])
@@ -89,7 +89,7 @@ def build_balance(response: wp.Function) -> wp.Function:
     here_type = response.input_types["here"]
 
     @wp.func
-    def balance(body: Body, here: here_type, state: State, force: wp.vec3d, field: wp.vec3d) -> State:
+    def balance(body: Swimmer, here: here_type, state: State, force: wp.vec3d, field: wp.vec3d) -> State:
         rotation = rotation_matrix(state)
         motion = response(body, here, head_position(state), rotation, load_on(body, rotation, force, field))
         velocity = rotation * wp.vec3d(motion[0], motion[1], motion[2])
@@ -106,10 +106,10 @@ def build_rates(system: System) -> wp.Function:
 
     @wp.func
     def rates(
-        body: Body,
+        body: Swimmer,
         here: here_type,
         drive: drive_type,
-        magnets: wp.array(dtype=Magnet),
+        magnets: wp.array(dtype=FieldSource),
         t: wp.float64,
         state: State,
     ) -> State:

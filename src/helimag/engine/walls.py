@@ -10,7 +10,7 @@ import warp as wp
 from helimag.engine.medium import Medium
 from helimag.hydrodynamics import resistance
 from helimag.hydrodynamics.boundary import mobility_changes, wall_table
-from helimag.physics.walls import Symmetric, WallGrid, Walls, near_walls, seen_walls
+from helimag.physics.walls import FloorAndSurface, Symmetric, WallGrid, near_walls, seen_walls
 from helimag.scenario import Device, Fluid, Scenario
 
 UPPER = np.triu_indices(6)
@@ -19,13 +19,13 @@ UPPER = np.triu_indices(6)
 def pack_walls(scenarios: Sequence[Scenario], device: str) -> wp.array:
     """Floor and surface of each scenario with the tables of its device, on the device that computes."""
     packed = [_walls(scenario, device) for scenario in scenarios]
-    walls = wp.array(packed, dtype=Walls, device=device)
+    walls = wp.array(packed, dtype=FloorAndSurface, device=device)
     walls.tables = packed  # the array only points to these; they must live as long as it does
     return walls
 
 
 def _walls(scenario: Scenario, device: str) -> Any:
-    walls, workspace = Walls(), scenario.workspace
+    walls, workspace = FloorAndSurface(), scenario.workspace
     wanted = scenario.device.hydrodynamics.near_walls
     if wanted and workspace.floor is not None:
         walls.floor = workspace.floor

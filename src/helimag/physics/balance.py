@@ -9,7 +9,7 @@ ZERO = wp.constant(wp.float64(0.0))
 
 
 @wp.struct
-class Body:
+class Swimmer:
     """A device as the kernels see it: SI, body frame, origin at the centre of the head, x towards the nose."""
 
     magnetic_moment: wp.float64  # A m^2, along the body's y axis
@@ -19,7 +19,7 @@ class Body:
 
 
 @wp.func
-def moment_of(body: Body, state: State) -> wp.vec3d:
+def moment_of(body: Swimmer, state: State) -> wp.vec3d:
     """Magnetic moment of the device in the lab frame (A m^2): along the body's y axis."""
     rotation = rotation_matrix(state)
     return body.magnetic_moment * wp.vec3d(rotation[0, 1], rotation[1, 1], rotation[2, 1])
@@ -32,7 +32,7 @@ def gravity_torque(up: wp.vec3d, weight_moment: wp.float64) -> wp.vec3d:
 
 
 @wp.func
-def load_on(body: Body, rotation: wp.mat33d, force: wp.vec3d, field: wp.vec3d) -> wp.spatial_vectord:
+def load_on(body: Swimmer, rotation: wp.mat33d, force: wp.vec3d, field: wp.vec3d) -> wp.spatial_vectord:
     """Force (N) and torque (N m) on the device, body frame, but for drag: the left-hand side of eq. (4).
 
     From the magnetic ``force`` (N) and ``field`` (T), both in lab components; the magnetic torque m x B and gravity are
@@ -59,7 +59,7 @@ def nothing_near(surroundings: OpenWater, position: wp.vec3d, rotation: wp.mat33
 
 @wp.func
 def open_water(
-    body: Body, here: OpenWater, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
+    body: Swimmer, here: OpenWater, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
 ) -> wp.spatial_vectord:
     """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, far from all walls: eq. (4) solved."""
     return body.mobility * load

@@ -17,7 +17,7 @@ State = wp.types.vector(length=7, dtype=wp.float64)
 
 
 @wp.struct
-class Drive:
+class ArmMotion:
     """What the arm does with the magnet, reduced to what the kernels need (all SI and radians).
 
     ``arm`` is the RPM's position at t = 0 after pitch has acted on it, so both readings of pitch (about the lab origin
@@ -64,7 +64,7 @@ def rpm_rotation(cos_yaw: wp.float64, sin_yaw: wp.float64, cos_pitch: wp.float64
 
 
 @wp.func
-def rpm_pose(drive: Drive, t: wp.float64) -> RpmPose:
+def rpm_pose(drive: ArmMotion, t: wp.float64) -> RpmPose:
     """Pose of the RPM at time ``t`` (s), eqs (1)-(3), its moment at R_a (0, cos, sin) of the spin angle."""
     yaw = drive.yaw_rate * t
     spin = drive.spin_rate * t
@@ -82,7 +82,7 @@ Knot = wp.types.vector(length=6, dtype=wp.float64)
 
 
 @wp.struct
-class SampledDrive:
+class SampledMotion:
     """A path through samples: cubic pieces between times, the coefficient of the highest power first (SI, radians)."""
 
     times: wp.array(dtype=wp.float64)  # (n,)
@@ -91,7 +91,7 @@ class SampledDrive:
 
 
 @wp.func
-def sampled_rpm_pose(drive: SampledDrive, t: wp.float64) -> RpmPose:
+def sampled_rpm_pose(drive: SampledMotion, t: wp.float64) -> RpmPose:
     """Pose of the RPM at time ``t`` (s) on a sampled path; the rotation by eq. (3) from its yaw and pitch."""
     last = drive.times.shape[0] - 2
     i = wp.clamp(wp.lower_bound(drive.times, t) - 1, 0, last)

@@ -14,7 +14,7 @@ Multipoles = wp.types.vector(length=8, dtype=wp.float64)  # of the odd orders 1,
 
 
 @wp.struct
-class Magnet:
+class FieldSource:
     """One magnet on the arm."""
 
     offset: wp.vec3d  # m, from the RPM's centre, in the arm's turning frame
@@ -91,13 +91,13 @@ def axial_field_and_force(r: wp.vec3d, axis: wp.vec3d, multipoles: Multipoles, m
 
 
 @wp.func
-def point_dipole(magnet: Magnet, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
+def point_dipole(magnet: FieldSource, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
     """Field and force of a magnet taken as a point dipole (``field = "dipole"`` in a scenario)."""
     return dipole_field(r, magnet.moment * axis), dipole_force(r, magnet.moment * axis, m)
 
 
 @wp.func
-def cylinder(magnet: Magnet, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
+def cylinder(magnet: FieldSource, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
     """Field and force of a cylinder magnetised along its own axis (``field = "cylinder"`` in a scenario).
 
     The sum over slices of the axis, each short enough for its multipoles to converge a diameter away.
@@ -114,7 +114,7 @@ def cylinder(magnet: Magnet, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
 
 
 @wp.func
-def phased_axis(magnet: Magnet, moment_axis: wp.vec3d, rotation_axis: wp.vec3d) -> wp.vec3d:
+def phased_axis(magnet: FieldSource, moment_axis: wp.vec3d, rotation_axis: wp.vec3d) -> wp.vec3d:
     """Direction of a magnet's moment: the spin's, turned ahead about the rotation axis by the magnet's own phase."""
     return magnet.cos_phase * moment_axis + magnet.sin_phase * wp.cross(rotation_axis, moment_axis)
 

@@ -6,7 +6,7 @@ the device's *level frame*: the body frame rolled about the long axis until the 
 
 import warp as wp
 
-from helimag.physics.balance import Body
+from helimag.physics.balance import Swimmer
 
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
@@ -35,7 +35,7 @@ class WallGrid:
 
 
 @wp.struct
-class Walls:
+class FloorAndSurface:
     """Floor and surface of a run, lab frame."""
 
     floor: wp.float64  # m
@@ -112,7 +112,7 @@ def full_matrix(upper: Symmetric, sign: wp.float64) -> wp.spatial_matrixd:
 
 
 @wp.func
-def seen_walls(surroundings: Walls, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
+def seen_walls(surroundings: FloorAndSurface, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
     """What floor and surface together take from the mobility at a place: each as if the other were not there."""
     tilt = wp.asin(wp.clamp(rotation[2, 0], -ONE, ONE))
     near = NearWalls()
@@ -127,7 +127,7 @@ def seen_walls(surroundings: Walls, position: wp.vec3d, rotation: wp.mat33d) -> 
 
 @wp.func
 def near_walls(
-    body: Body, here: NearWalls, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
+    body: Swimmer, here: NearWalls, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
 ) -> wp.spatial_vectord:
     """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, beside floor or surface."""
     across = wp.sqrt(rotation[2, 1] * rotation[2, 1] + rotation[2, 2] * rotation[2, 2])

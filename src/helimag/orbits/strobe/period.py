@@ -9,9 +9,9 @@ from functools import cache
 import warp as wp
 
 from helimag.engine import Control, Method, System, build_balance, build_load, lag_vector
-from helimag.physics.balance import Body, moment_of
-from helimag.physics.kinematics import Drive, State, attack_angle, head_position, rotation_matrix, rpm_pose, turn_z
-from helimag.physics.magnetics import Magnet
+from helimag.physics.balance import Swimmer, moment_of
+from helimag.physics.kinematics import ArmMotion, State, attack_angle, head_position, rotation_matrix, rpm_pose, turn_z
+from helimag.physics.magnetics import FieldSource
 
 ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
@@ -63,13 +63,13 @@ def shifted(state: State, by: wp.vec3d) -> State:
 
 
 @wp.func
-def to_lab(drive: Drive, t: wp.float64, state: State) -> State:
+def to_lab(drive: ArmMotion, t: wp.float64, state: State) -> State:
     """From the moving frame to the lab frame at time ``t``."""
     return shifted(turned(state, t * drive.yaw_rate), t * drive.velocity)
 
 
 @wp.func
-def to_moving(drive: Drive, t: wp.float64, state: State) -> State:
+def to_moving(drive: ArmMotion, t: wp.float64, state: State) -> State:
     """From the lab frame at time ``t`` to the moving frame."""
     return turned(shifted(state, -t * drive.velocity), -t * drive.yaw_rate)
 
@@ -100,10 +100,10 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
 
     @wp.kernel(enable_backward=False, module="unique")
     def pass_period(
-        bodies: wp.array(dtype=Body),
+        bodies: wp.array(dtype=Swimmer),
         surroundings: wp.array(dtype=surroundings_type),
-        drives: wp.array(dtype=Drive),
-        magnets: wp.array2d(dtype=Magnet),
+        drives: wp.array(dtype=ArmMotion),
+        magnets: wp.array2d(dtype=FieldSource),
         passages: wp.array(dtype=Passage),
         states: wp.array(dtype=State),
         results: wp.array(dtype=State),

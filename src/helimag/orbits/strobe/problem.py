@@ -28,7 +28,7 @@ from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.period import Measures, Passage, build_pass
 from helimag.orbits.strobe.watching import INTERVAL, Watch
 from helimag.physics import magnetics
-from helimag.physics.balance import Body
+from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State
 from helimag.scenario import Scenario
 
@@ -98,11 +98,11 @@ class Problem:
         self.systems = list(dict.fromkeys(systems))
         self._system = np.array([self.systems.index(system) for system in systems])
         bodies, self.roll = _packed_bodies(scenarios)
-        self._bodies = wp.array(bodies, dtype=Body, device="cpu")
+        self._bodies = wp.array(bodies, dtype=Swimmer, device="cpu")
         self._surroundings = [system.medium.pack(scenarios, "cpu") for system in self.systems]
         self._others = [
             pack_drives(scenarios, "cpu"),
-            wp.array(pack_magnets(scenarios), dtype=magnetics.Magnet, device="cpu"),
+            wp.array(pack_magnets(scenarios), dtype=magnetics.FieldSource, device="cpu"),
         ]
         self.period = np.array([1.0 / abs(scenario.drive.frequency) for scenario in scenarios])
         self.length = np.array([scenario.drive.distance for scenario in scenarios])
