@@ -14,9 +14,9 @@ import helimag
 from helimag import outcomes
 
 LINES = {
-    "Reason": 'TOO_SHORT = ({flag}, "too-short", Verdict.UNDECIDED, "{{time:.0f}} s are too short to tell")',
-    "Verdict": 'UNDECIDED = ({flag}, "undecided", True, True, "the run is too short to tell")',
-    "BasinEnd": 'UNDECIDED = ({flag}, "undecided", "was followed for too short a time")',
+    "Reason": 'LIES_STILL = ({flag}, "lies-still", Verdict.STRANDED, "lies still after {{time:.0f}} s")',
+    "Verdict": 'STRANDED = ({flag}, "stranded", True, True, "the device lies still")',
+    "BasinEnd": 'STRANDED = ({flag}, "stranded", "lies still")',
 }
 
 
@@ -44,7 +44,7 @@ def main(folder: Path) -> dict[str, object]:
     from helimag.runs import gain
     from helimag.sweeps import boundary_line, counts, export, nodes_of, parse_plan
 
-    gain._cause = lambda run: (Reason.TOO_SHORT, Reason.TOO_SHORT.text(time=run.time[-1]), None)
+    gain._cause = lambda run: (Reason.LIES_STILL, Reason.LIES_STILL.text(time=run.time[-1]), None)
     plan = parse_plan((folder / "plan.toml").read_text(encoding="utf-8"))
     data = helimag.sweep(plan, out=folder / "s.zarr").load()
     export(data, folder / "s.csv")
@@ -57,7 +57,7 @@ def main(folder: Path) -> dict[str, object]:
     run = helimag.simulate(scenario, duration="1 s")
     orbit = Orbit(scenario=scenario, status=OrbitStatus.FOUND, state=np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
     places = np.stack(np.meshgrid(*[[-0.01, 0.01]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    basin = Basin(orbit, (2, 2, 2), places, np.zeros(8, bool), np.array([BasinEnd.UNDECIDED] * 8), 0.0, 1.0, "full")
+    basin = Basin(orbit, (2, 2, 2), places, np.zeros(8, bool), np.array([BasinEnd.STRANDED] * 8), 0.0, 1.0, "full")
     ends = basin_dataset(basin)["end"]
     return {
         "store": {name: list(data[name].attrs["flag_values"])[-1] for name in ("verdict", "reason")},
@@ -65,8 +65,8 @@ def main(folder: Path) -> dict[str, object]:
         "stored": sorted(set(data["verdict"].values.ravel().tolist())),
         "counts": counts(data),
         "csv": (folder / "s.csv").read_text(encoding="utf-8").splitlines()[1].split(",")[-3:-1],
-        "boundary": len(boundary_line(data, "undecided").points),
-        "plan": parse_plan(plan.to_toml() + '[boundary]\nbudget = 16\nverdict = "undecided"\n').boundary.verdict,
+        "boundary": len(boundary_line(data, "stranded").points),
+        "plan": parse_plan(plan.to_toml() + '[boundary]\nbudget = 16\nverdict = "stranded"\n').boundary.verdict,
         "nodes": sorted(set(nodes.verdicts.ravel().tolist())),
         "beside": [
             beside.attrs["flag_meanings"].split()[-1],

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 from helimag.errors import InputError
-from helimag.outcomes import End, Verdict
-from helimag.runs.gain import Heights, judge
+from helimag.outcomes import End, Reason, Verdict
+from helimag.runs import Heights, SlowTimes, judge
 from helimag.runs.trajectory import Trajectory
 
 TIME = np.linspace(0.0, 1800.0, 1801)
 GAP = 0.150
+SLOW = SlowTimes(lap=200.0, fold=150.0)  # 1000 s decide
 
 
-def heights(mean, *, end=End.HORIZON, amplitude=0.0, time=TIME, attack=0.0, square=None, slips=0):
+def heights(mean, *, end=End.HORIZON, amplitude=0.0, time=TIME, attack=0.0, square=None, slips=0, slow=SLOW):
     mean = np.broadcast_to(np.asarray(mean, float), time.shape).copy()
     attack = np.broadcast_to(np.asarray(attack, float), time.shape).copy()
     return Heights(
@@ -25,6 +26,7 @@ def heights(mean, *, end=End.HORIZON, amplitude=0.0, time=TIME, attack=0.0, squa
         slips=slips,
         initial_gap=GAP,
         end=end,
+        slow=slow,
     )
 
 
@@ -126,8 +128,12 @@ def test_measured_heights_have_nothing_between_frames():
     """A trajectory of time and position alone is judged by the same code."""
     position = np.zeros((TIME.size, 3))
     position[:, 2] = -0.02 * (1 - np.exp(-TIME / 100.0))
-    measured = Trajectory.from_arrays(TIME, {"position": position}, {"initial_gap": GAP, "end": "horizon"})
-    assert measured.verdict is Verdict.BOUNDED
+    known = {"initial_gap": GAP, "end": "horizon"}
+    measured = Trajectory.from_arrays(TIME, {"position": position}, known)
+    assert measured.verdict is Verdict.UNDECIDED
+    assert measured.judgement.cause is Reason.SLOWNESS_UNKNOWN
+    slow = Trajectory.from_arrays(TIME, {"position": position}, known | {"fold_time": 150.0, "lap_time": 200.0})
+    assert slow.verdict is Verdict.BOUNDED
     assert measured.gain == pytest.approx(0.02 / 0.150, rel=1e-6)
     assert measured.judgement.slips == 0
 
@@ -135,7 +141,8 @@ def test_measured_heights_have_nothing_between_frames():
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_very_short_runs_are_judged(count):
     result = judge(heights(0.0, time=TIME[:count]))
-    assert result.verdict is Verdict.DRIFTING  # nobody knows
+    assert result.verdict is Verdict.UNDECIDED
+    assert result.cause is Reason.TOO_SHORT
     assert np.isfinite([result.gain, result.wobble, result.attack_angle]).all()
 
 
@@ -161,7 +168,7 @@ def test_gap_must_be_positive(gap):
 
 
 def test_a_few_samples_do_not_tell_whether_a_run_has_settled():
-    for count, verdict in ((20, Verdict.DRIFTING), (21, Verdict.BOUNDED)):
+    for count, verdict in ((20, Verdict.UNDECIDED), (21, Verdict.BOUNDED)):
         result = judge(heights(0.0, time=np.linspace(0.0, 1800.0, count)))
         assert result.verdict is verdict
         assert ("too few" in result.reason) == (count == 20)

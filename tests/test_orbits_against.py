@@ -119,8 +119,9 @@ def test_each_difference_is_run_on_and_named(store: Path) -> None:
     assert not result.stable[3].any()
     listed = {case.node: case for case in result.cases}
     for node in np.ndindex(result.verdicts.shape):
-        inside = result.verdicts[node] in ("bounded", "drifting")
-        assert (node in listed) == (result.verdicts[node] == "drifting" or inside != result.stable[node])
+        inside = result.verdicts[node] in ("bounded", "drifting", "undecided")
+        told = result.verdicts[node] not in ("drifting", "undecided")
+        assert (node in listed) == (not told or inside != result.stable[node])
     late = listed[2, 2]  # Fig. 3(C): inside at its horizon, attracted at 2275 s
     assert late.why is Why.SLOW_DRIFT
     assert late.later is Verdict.ATTRACTED
@@ -141,6 +142,7 @@ def test_each_difference_is_run_on_and_named(store: Path) -> None:
         (Verdict.FELL, True, True, True, Why.SOON),
         (Verdict.DRIFTING, True, True, True, Why.SLOW_DRIFT),
         (Verdict.DRIFTING, False, False, False, Why.SLOW_DRIFT),
+        (Verdict.UNDECIDED, False, False, False, Why.SLOW_DRIFT),
         (Verdict.BOUNDED, False, False, False, Why.SHORT),
         (Verdict.BOUNDED, False, True, False, Why.OTHER),
         (Verdict.FELL, True, False, False, Why.UNEXPLAINED),

@@ -14,7 +14,7 @@ from helimag import InputError, outcomes
 from helimag.engine import events, loop
 from helimag.outcomes import BasinEnd, End, Future, OrbitStatus, Reason, Verdict, Why
 from helimag.plots import _portraits, sweeps
-from helimag.runs import Heights, judge
+from helimag.runs import Heights, SlowTimes, judge
 from helimag.sweeps import Boundary
 
 FAMILIES = [Verdict, Reason, End, OrbitStatus, BasinEnd, Future, Why]
@@ -74,7 +74,7 @@ def test_a_member_is_its_word_and_its_number():
 @pytest.mark.parametrize("end", End)
 def test_what_an_end_implies(end):
     """The verdict on a run that swings on evenly, ended so: by the physics of each end, not by the table."""
-    time = np.arange(101.0)
+    time = np.arange(101.0) * 10.0
     flat = np.full(101, 0.05)
     run = Heights(
         time=time,
@@ -86,6 +86,7 @@ def test_what_an_end_implies(end):
         slips=0,
         initial_gap=0.1,
         end=end,
+        slow=SlowTimes(lap=200.0, fold=150.0),
     )
     judgement = judge(run)
     expected = {
@@ -137,19 +138,19 @@ def test_a_new_outcome_is_one_line(tmp_path):
     verdict, reason, end = len(Verdict), len(Reason), len(BasinEnd)
     assert told == {
         "store": {"verdict": verdict, "reason": reason},
-        "words": {"verdict": "undecided", "reason": "too-short"},
+        "words": {"verdict": "stranded", "reason": "lies-still"},
         "stored": [verdict],
-        "counts": {"undecided": 27},
-        "csv": ["undecided", "too-short"],
+        "counts": {"stranded": 27},
+        "csv": ["stranded", "lies-still"],
         "boundary": 0,
-        "plan": "undecided",
-        "nodes": ["undecided"],
-        "beside": ["undecided", verdict, verdict],
-        "report": ["undecided", "1 s are too short to tell"],
+        "plan": "stranded",
+        "nodes": ["stranded"],
+        "beside": ["stranded", verdict, verdict],
+        "report": ["stranded", "lies still after 1 s"],
         "repr": told["repr"],
-        "legend": ["undecided"],
-        "hover": "undecided, too-short",
-        "basin": ["undecided", end, end],
-        "basin_legend": "undecided (8)",
+        "legend": ["stranded"],
+        "hover": "stranded, lies-still",
+        "basin": ["stranded", end, end],
+        "basin_legend": "stranded (8)",
     }
-    assert "1 s are too short to tell" in told["repr"]
+    assert "lies still after 1 s" in told["repr"]

@@ -1,6 +1,5 @@
 """Programmes: round trip from plan over KRL text to poses, the gate, that nothing gets injected."""
 
-import dataclasses
 import math
 import re
 from functools import cache
@@ -14,8 +13,20 @@ from scipy.spatial.transform import Rotation
 from helimag.engine import simulate
 from helimag.errors import InputError
 from helimag.geometry import turn
-from helimag.outcomes import Reason
-from helimag.robot import as_programmed, deviation, load_cell, plan, play, rehearse, write_krl, write_programme
+from helimag.orbits import Outlook
+from helimag.outcomes import Future
+from helimag.robot import (
+    as_programmed,
+    deviation,
+    load_cell,
+    plan,
+    play,
+    rehearsal,
+    rehearse,
+    report,
+    write_krl,
+    write_programme,
+)
 from helimag.robot.krl.grammar import code_of
 from helimag.robot.krl.instructions import arc_angle, arc_centre
 from helimag.robot.krl.writer import checked_name, comment, name_for, number
@@ -252,21 +263,63 @@ def test_unbounded_runs_need_to_be_accepted_and_carry_a_warning(tmp_path):
     assert list(tmp_path.iterdir()) == []
     paths = write_programme(straight(), tmp_path, run=straight_run(), accept_unbounded=True)
     text = next(path for path in paths if path.suffix == ".src").read_text()
-    assert f"; WARNING: THE SIMULATED RUN IS NOT BOUNDED. {judgement.verdict}: " in text.splitlines()[3]
+    said = f"; WARNING: NOTHING SHOWS THAT THE DEVICE STAYS. the run is not bounded ({judgement.verdict}: "
+    assert said in text.splitlines()[3]
     assert f"; Verdict: {judgement.verdict}; {judgement.reason}" in text.splitlines()
     ended = f"; Simulated: the programme's own path without unwindings, {judgement.end_time:.3f} s of 193.900 s"
     assert ended in text.splitlines()
 
 
+def slow_circle(duration):
+    """Fig. 3(C) at 2.5 Hz, where the device comes to a stable orbit; with unwindings where the wrist needs them."""
+    changes = {"drive.frequency": "2.5 Hz", "run.duration": duration}
+    return plan(load("paper/fig3c").replaced(changes), CELL, unwind=True)
+
+
+@cache
+def long_run():
+    found = slow_circle("1800 s")
+    return found, rehearse(found)
+
+
 def test_a_bounded_run_needs_no_word_and_carries_no_warning(tmp_path):
-    """A verdict of bounded, as the one rule that judges runs gives it, opens the gate."""
-    run = straight_run()
-    calm = Trajectory(run.dataset.copy())
-    calm.judgement = dataclasses.replace(run.judgement, cause=Reason.SETTLED, reason="settled")
-    paths = write_programme(straight(), tmp_path, run=calm)
-    text = next(path for path in paths if path.suffix == ".src").read_text()
-    assert "WARNING" not in text
-    assert "; Verdict: bounded; settled" in text.splitlines()
+    found, run = long_run()
+    paths = write_programme(found, tmp_path, run=run, name="nine")
+    head = next(path for path in paths if path.suffix == ".src").read_text().splitlines()[:20]
+    assert not any("WARNING" in line for line in head)
+    assert f"; Verdict: bounded; {run.judgement.reason}" in head
+    (outlook,) = (line for line in head if line.startswith("; Outlook: "))
+    assert outlook.startswith("; Outlook: coming to a stable orbit; inside for 1800 s")
+
+
+def test_a_shortened_run_does_not_open_the_gate(tmp_path):
+    """The same device, drive and arm for 300 s, which need no unwinding: nobody knows, and the header says so."""
+    short = slow_circle("300 s")
+    with pytest.raises(
+        InputError, match=r"not bounded \(undecided: .* too short .*run 1000 s or more.*accept-unbounded"
+    ):
+        write_programme(short, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    text = programme_texts(short, accept_unbounded=True, name="short")["short.src"]
+    assert "; WARNING: NOTHING SHOWS THAT THE DEVICE STAYS. the run is not bounded (undecided: " in text.splitlines()[3]
+    assert "; Verdict: undecided; inside for 300 s, which is too short to tell whether it stays" in text
+
+
+@pytest.mark.parametrize("future", Future)
+def test_a_bounded_run_that_leaves_when_it_goes_on_does_not_open_the_gate(monkeypatch, future):
+    found, run = long_run()
+    monkeypatch.setattr(rehearsal, "explain", lambda _: Outlook(future, "told by the orbits"))
+    judged = rehearsal.gate(found, run)
+    assert judged.passes == (future not in {Future.LEAVES, Future.GONE})
+    if not judged.passes:
+        with pytest.raises(InputError, match=rf"bounded, but does not stay \({future}: told by the orbits\)"):
+            programme_texts(found, run=run, name="nine")
+
+
+def test_the_remedy_for_a_wound_up_wrist_is_no_short_run():
+    found = report(plan(load("paper/fig3c"), CELL))
+    assert "can leave open what becomes of the device" in found["remedies"][0]
+    assert not any("set run.duration" in remedy for remedy in found["remedies"])
 
 
 def changed_run(**attributes):

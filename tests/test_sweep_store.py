@@ -73,7 +73,16 @@ def test_the_dataset_is_labelled_in_si_with_flags_as_cf_has_them(done):
         assert float(dataset["yaw_rate"]) == load("paper/fig3c").drive.yaw_rate
         assert dataset["verdict"].attrs["flag_values"] == [verdict.flag for verdict in Verdict]
         words = dataset["verdict"].attrs["flag_meanings"].split()
-        assert words == ["not-computed", "bounded", "drifting", "attracted", "fell", "wall-limited", "failed"]
+        assert words == [
+            "not-computed",
+            "bounded",
+            "drifting",
+            "attracted",
+            "fell",
+            "wall-limited",
+            "failed",
+            "undecided",
+        ]
         assert dataset["verdict"].dtype == np.int8
         assert len(dataset["reason"].attrs["flag_meanings"].split()) == len(Reason)
         for name in ("end_time", "escape_time", "slips", "wobble", "attack_angle", "output"):

@@ -99,6 +99,12 @@ class Verdict(Term):
     FELL = (4, "fell", True, False, "the device falls away from the magnet")
     WALL_LIMITED = (5, "wall-limited", True, False, "the device comes to floor, surface or a wall")
     FAILED = (6, "failed", False, False, "there is no run to judge")
+    UNDECIDED = (7, "undecided", True, True, "the device is inside, and the run does not show what becomes of it")
+
+    @property
+    def open(self) -> bool:
+        """Whether the device is inside at the end of the run, and nothing is told of what it does then."""
+        return self.inside and self is not Verdict.BOUNDED
 
 
 @unique
@@ -157,9 +163,46 @@ class Reason(Term):
     TOO_FEW_SAMPLES = (
         12,
         "too-few-samples",
-        Verdict.DRIFTING,
-        "inside for {time:.0f} s, but {samples} samples are too few to tell whether it has settled",
+        Verdict.UNDECIDED,
+        "inside for {time:.6g} s, but {samples} samples are too few, or too uneven, to tell whether it has settled",
         "take {needed} or more (run.interval)",
+    )
+    TOO_SHORT = (
+        13,
+        "too-short",
+        Verdict.UNDECIDED,
+        "inside for {time:.6g} s, which is too short to tell whether it stays: {slow}",
+        "run {needed:.0f} s or more (run.duration)",
+    )
+    NOTHING_MOVES = (
+        14,
+        "nothing-moves",
+        Verdict.UNDECIDED,
+        "inside for {time:.6g} s, in which neither weight nor magnet moves the device: that would take {needed:.1e} s",
+        "check fluid.viscosity, drive.distance and the moments of magnet and device",
+    )
+    SLOWNESS_UNKNOWN = (
+        15,
+        "slowness-unknown",
+        Verdict.UNDECIDED,
+        "inside for {time:.6g} s, and its height seems settled; heights alone do not show how long a run must be",
+        "compare it with a simulated run, whose scenario does",
+    )
+    MOVES_ON = (
+        16,
+        "moves-on",
+        Verdict.UNDECIDED,
+        "inside for {time:.0f} s; the mean height moves little, but not less and less: {last:+.3g} mm in the last "
+        "quarter, {before:+.3g} mm in the one before",
+        "run longer (run.duration)",
+    )
+    SWINGS_ON = (
+        17,
+        "swings-on",
+        Verdict.UNDECIDED,
+        "inside for {time:.0f} s; the mean height has settled, but its swings do not die out: {last:.3g} mm rms in the "
+        "last quarter, {before:.3g} mm in the one before",
+        "run longer (run.duration)",
     )
 
 
@@ -285,6 +328,11 @@ class Future(Term):
     STAYS = (4, "stays, on no stable orbit", "{begin} and for another {longer:.0f} s, {motion}, though {found}")
     GONE = (5, "has left", "the run left; no orbit is sought from its end")
     UNKNOWN = (6, "not known", "{problem}")
+
+    @property
+    def leaves(self) -> bool:
+        """Whether the device is known to leave, or has left."""
+        return self in {Future.LEAVES, Future.GONE}
 
 
 @unique

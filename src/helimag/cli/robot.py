@@ -84,7 +84,7 @@ def program(
     name
         Name of the programme; default made of the scenario's name.
     accept_unbounded
-        Write although the simulated run is not bounded; the header then warns.
+        Write although the simulated run is not bounded, or the device leaves when it goes on; the header then warns.
     spline
         Write SLIN and SCIRC instead of LIN and CIRC.
     """

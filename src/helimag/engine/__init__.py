@@ -22,6 +22,7 @@ from helimag.engine.packing import (
 )
 from helimag.engine.running import Underway, advance, advancing
 from helimag.engine.simulation import simulate, simulate_many, trajectory_of
+from helimag.engine.slow_times import slow_times
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import (
     MAGNET_MODELS,
@@ -57,6 +58,7 @@ __all__ = [
     "ready",
     "simulate",
     "simulate_many",
+    "slow_times",
     "start_state",
     "system_of",
     "trajectory_of",

@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.engine.packing import initial_gap
+from helimag.engine.slow_times import slow_times
 from helimag.outcomes import End
-from helimag.runs.gain import Heights, Judgement, judge
+from helimag.runs.gain import Judgement, judge
+from helimag.runs.heights import Heights
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -68,6 +70,7 @@ class History:
             slips=int(samples["slips"][-1]),
             initial_gap=initial_gap(self.scenario),
             end=self.status,
+            slow=slow_times(self.scenario),
         )
 
     def judge(self) -> Judgement:

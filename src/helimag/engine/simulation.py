@@ -15,6 +15,7 @@ from helimag.engine.running import advance
 from helimag.errors import RunError
 from helimag.geometry import long_axes
 from helimag.outcomes import End, Reason
+from helimag.runs.heights import Heights
 from helimag.runs.trajectory import Trajectory, versions
 from helimag.scenario import Scenario
 
@@ -149,6 +150,7 @@ def trajectory_of(history: History) -> Trajectory:
             "frames": "lab: z up; body: x from helix to head, y along the moment; angles in rad",
             "initial_gap": heights.initial_gap,
             "end": str(heights.end),
+            **_slowness(heights),
             "scenario": scenario.to_toml(),
             "scenario_hash": scenario.hash,
             "versions": versions(),
@@ -159,3 +161,10 @@ def trajectory_of(history: History) -> Trajectory:
             "wall_time": history.wall_time,
         },
     )
+
+
+def _slowness(heights: Heights) -> dict[str, object]:
+    """Slow times as attributes (s): of a lap, where there are laps, and in which an error of height grows e-fold."""
+    slow = heights.slow
+    known = {} if slow is None else {"lap_time": slow.lap, "fold_time": slow.fold}
+    return {name: time for name, time in known.items() if time is not None}

@@ -14,7 +14,7 @@ from helimag.robot.arm.planning import Plan
 from helimag.robot.krl.comparison import Deviation, deviation
 from helimag.robot.krl.interpreter import play
 from helimag.robot.krl.writer import checked_name, name_for, write_krl
-from helimag.robot.rehearsal import bounded, checked_run, rehearse, shown
+from helimag.robot.rehearsal import Gate, checked_run, gate, rehearse, shown
 from helimag.robot.report import remedies, report
 from helimag.robot.robodk import write_robodk
 from helimag.robot.timed import motor_rows, timed_table
@@ -40,15 +40,16 @@ def write_programme(
     name
         Of the KRL module and of the files; default made of the scenario's name.
     accept_unbounded
-        Write although the run's verdict is not bounded; the header then carries a warning.
+        Write although the run's verdict is not bounded, or the device leaves when the run goes on; the header then
+        carries a warning.
     spline
         Write SLIN and SCIRC instead of LIN and CIRC.
 
     Raises
     ------
     InputError
-        Where the plan is not feasible, the run is not the programme's, it is not bounded and that was not accepted, a
-        name does not fit, or the programme read back differs from the plan.
+        Where the plan is not feasible, the run is not the programme's, nothing shows that the device stays and that was
+        not accepted, a name does not fit, or the programme read back differs from the plan.
     FileError
         Where a file cannot be written.
     """
@@ -67,15 +68,14 @@ def programme_texts(
     """The files of a programme as texts by file name; parameters and errors as for :func:`write_programme`."""
     name = name_for(plan.scenario.name) if name is None else checked_name(name)
     feasible_or_refused(plan)
-    run = rehearse(plan) if run is None else checked_run(plan, run)
-    verdict, reason = run.verdict, run.judgement.reason
-    if not bounded(run) and not accept_unbounded:
+    judged = gate(plan, rehearse(plan) if run is None else checked_run(plan, run))
+    if not judged.passes and not accept_unbounded:
         raise InputError(
-            f"the run is not bounded ({verdict}: {reason}); change the scenario, or accept it to write "
-            "the programme all the same (--accept-unbounded)"
+            f"{judged.objection}; change the scenario, or accept it to write the programme all the same "
+            "(--accept-unbounded)"
         )
-    warning = [] if bounded(run) else [f"WARNING: THE SIMULATED RUN IS NOT BOUNDED. {verdict}: {reason}"]
-    header = [*warning, *_header(plan, run)]
+    warning = [] if judged.passes else [f"WARNING: NOTHING SHOWS THAT THE DEVICE STAYS. {judged.objection}"]
+    header = [*warning, *_header(plan, judged)]
     src, dat = write_krl(plan, name, header, spline=spline)
     found = deviation(plan, play(src, dat, plan.cell.arm))
     if not found.acceptable:
@@ -108,14 +108,14 @@ def cell_hash(cell: Cell) -> str:
     return hashlib.sha256(json.dumps(cell.model_dump(mode="python"), sort_keys=True).encode()).hexdigest()
 
 
-def _header(plan: Plan, run: Trajectory) -> list[str]:
+def _header(plan: Plan, judged: Gate) -> list[str]:
     laps = f", {plan.laps:.2f} laps" if plan.laps else ""
     rate = motor_rows(plan)[0]
     return [
         f"helimag {version('helimag')}",
         f"Scenario: {plan.scenario.name}",
         f"Scenario hash: {plan.scenario.hash}",
-        *shown(plan, run),
+        *shown(plan, judged),
         f"Arm: {plan.cell.arm.name}",
         f"Cell: {plan.cell.name}",
         f"Cell hash: {cell_hash(plan.cell)}",

@@ -1,10 +1,12 @@
 """What a programme will do to the device: simulated with its unwindings, and the gate that rests on it."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from helimag.errors import InputError
+from helimag.orbits import Outlook, explain
 from helimag.outcomes import End, Verdict
 from helimag.robot.arm.planning import Plan
 from helimag.robot.logs import log_of, replayed
@@ -73,17 +75,59 @@ def checked_run(plan: Plan, run: Trajectory) -> Trajectory:
     return run
 
 
-def bounded(run: Trajectory) -> bool:
-    """Whether a programme may be written without being asked for in so many words."""
-    return run.verdict is Verdict.BOUNDED
+@dataclass(frozen=True)
+class Gate:
+    """Whether a programme may be written without being asked for in so many words: bounded, and not known to leave.
+
+    Attributes
+    ----------
+    run
+        The simulation of the programme.
+    outlook
+        What becomes of the scenario's run when it goes on; None where the verdict is not bounded, and none is sought.
+    """
+
+    run: Trajectory
+    outlook: Outlook | None
+
+    @property
+    def passes(self) -> bool:
+        """Whether nothing is to be said against it."""
+        return self.outlook is not None and not self.outlook.future.leaves
+
+    @property
+    def objection(self) -> str:
+        """What is to be said against it."""
+        if self.outlook is None:
+            return f"the run is not bounded ({self.run.verdict}: {self.run.judgement.reason})"
+        return f"the run is bounded, but does not stay ({self.outlook.future}: {self.outlook.text})"
 
 
-def shown(plan: Plan, run: Trajectory) -> list[str]:
+def gate(plan: Plan, run: Trajectory) -> Gate:
+    """Judge the run of a programme, and where it is bounded, follow the scenario's own run after its horizon.
+
+    Unwindings end with the programme, so what is continued is then the run without them.
+
+    Raises
+    ------
+    RunError
+        Where the numbers broke down.
+    """
+    from helimag.engine import simulate
+
+    if run.verdict is not Verdict.BOUNDED:
+        return Gate(run, None)
+    return Gate(run, explain(simulate(plan.scenario) if plan.unwindings else run))
+
+
+def shown(plan: Plan, gate: Gate) -> list[str]:
     """What was simulated, for how long, and what came of it: lines for the head of a programme."""
     path = f"with its {len(plan.unwindings)} unwindings" if plan.unwindings else "without unwindings"
-    judgement = run.judgement
+    judgement = gate.run.judgement
+    outlook = [] if gate.outlook is None else [f"Outlook: {gate.outlook.future}; {gate.outlook.text}"]
     return [
         f"Simulated: the programme's own path {path}, {judgement.end_time:.3f} s of {plan.duration:.3f} s",
         f"Simulated path's hash: {as_programmed(plan).hash}",
         f"Verdict: {judgement.verdict}; {judgement.reason}",
+        *outlook,
     ]

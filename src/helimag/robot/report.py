@@ -45,8 +45,8 @@ def remedies(plan: Plan) -> list[str]:
         return []
     if offence.joint in {"A4", "A6"} and offence.kind == "limit" and plan.laps > 0.0:
         found = [
-            f"the wrist allows {plan.laps_allowed:.2f} of {plan.laps:.2f} laps: "
-            f"set run.duration to {math.floor(offence.time)} s or less"
+            f"the wrist allows {plan.laps_allowed:.2f} of {plan.laps:.2f} laps, {math.floor(offence.time)} s; "
+            "a run.duration that short can leave open what becomes of the device"
         ]
         if plan.unwindings == () and math.hypot(*plan.cell.tool.magnet[:2]) < 1e-4:
             found.append("let the wrist unwind in place between laps (--unwind)")

@@ -3,7 +3,8 @@
 from helimag.outcomes import End, Reason, Verdict
 from helimag.runs import measurement
 from helimag.runs.comparison import Comparison, compare
-from helimag.runs.gain import Heights, Judgement, gain_until, judge
+from helimag.runs.gain import Judgement, gain_until, judge
+from helimag.runs.heights import Heights, SlowTimes
 from helimag.runs.imported import import_track
 from helimag.runs.smoothing import smooth
 from helimag.runs.tables import Columns, read_table
@@ -16,6 +17,7 @@ __all__ = [
     "Heights",
     "Judgement",
     "Reason",
+    "SlowTimes",
     "Trajectory",
     "Verdict",
     "compare",

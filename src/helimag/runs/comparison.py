@@ -1,6 +1,7 @@
 """A measured run beside a simulated one: brought together in time and place, and judged by the same code."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.geometry import turn
+from helimag.runs.gain import Judgement, judge
 from helimag.runs.measurement import NORMAL_95, Measured, gain, output
 from helimag.runs.trajectory import Trajectory
 
@@ -62,10 +64,15 @@ class Comparison:
             return None
         return self.measured_attack - self.simulated_attack
 
+    @cached_property
+    def measured_judgement(self) -> Judgement:
+        """Gain and verdict of the measured run, by the slow times of the scenario that was simulated."""
+        return judge(replace(self.measured.heights, slow=self.simulated.heights.slow))
+
     @property
     def agrees(self) -> bool:
         """Whether both have the same verdict and the simulated gain lies in the measured gain's 95 % interval."""
-        same = self.measured.verdict == self.simulated.verdict
+        same = self.measured_judgement.verdict == self.simulated.verdict
         slack = 1e-9 * self.simulated_gain  # of rounding
         return bool(same and self.measured_gain.low - slack <= self.simulated_gain <= self.measured_gain.high + slack)
 
@@ -95,8 +102,8 @@ class Comparison:
                 "gain_95": [self.measured_gain.low, self.measured_gain.high],
                 "output_y_m": self.measured_output.value,
                 "output_y_95_m": [self.measured_output.low, self.measured_output.high],
-                "verdict": str(self.measured.verdict),
-                "reason": self.measured.judgement.reason,
+                "verdict": str(self.measured_judgement.verdict),
+                "reason": self.measured_judgement.reason,
             },
             "simulated": {
                 "gain": self.simulated_gain,

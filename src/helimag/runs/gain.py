@@ -7,31 +7,12 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
+from helimag.runs.evidence import STILL, evidence
+from helimag.runs.heights import Heights
 
 Floats = NDArray[np.float64]
 
 FALLEN = 0.5  # of the input: a head this far below its start and still sinking has lost the magnet
-SETTLED = 0.01  # of the input: how far the mean height of a settled run may still be expected to move
-STILL = 0.002  # of the input: a change between quarters too small to extrapolate
-PARTS = 20  # pieces that a run is cut into to see how its mean height develops
-
-
-@dataclass(frozen=True, kw_only=True)
-class Heights:
-    """What a judgement needs of a run: samples, each with what happened since the sample before. All arrays (n,), SI.
-
-    A measured run, which knows nothing between its frames, gives its heights as ``low``, ``high`` and ``mean`` alike.
-    """
-
-    time: Floats
-    low: Floats
-    high: Floats
-    mean: Floats
-    attack: Floats
-    attack_square: Floats
-    slips: int
-    initial_gap: float
-    end: End
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +124,7 @@ def _cause(run: Heights) -> tuple[Reason, str, float | None]:
         return cause, cause.text(time=end_time), end_time
     since = _fallen_since(run)
     if since is None:
-        return *_settled(run), None
+        return *evidence(run), None
     drop = float(run.mean[0] - run.mean[-1])
     cause = Reason.FELL_BEHIND
     return cause, cause.text(since=since, drop=1e3 * drop, share=drop / run.initial_gap), since
@@ -153,50 +134,8 @@ def _fallen_since(run: Heights) -> float | None:
     """When the head passed the fallen line for good, if it ends below it and still sinks; None otherwise."""
     line = run.mean[0] - FALLEN * run.initial_gap
     if run.end is not End.FALL:
-        late = _part_means(run)[-2:]
+        late = run.part_means()[-2:]
         if not (run.high[-1] < line and late[1] < late[0] - STILL * run.initial_gap):
             return None
     above = np.flatnonzero(run.high >= line)
     return float(run.time[min(above[-1] + 1, run.time.size - 1)])
-
-
-def _part_means(run: Heights) -> Floats:
-    """Mean height in each of equally long pieces of the run."""
-    if not run.time[-1] > run.time[0]:
-        return np.full(PARTS, run.mean[0])
-    edges = np.linspace(run.time[0], run.time[-1], PARTS + 1)
-    integral = np.cumsum(np.diff(run.time, prepend=run.time[0]) * run.mean)
-    return np.diff(np.interp(edges, run.time, integral)) / np.diff(edges)
-
-
-def _growth(run: Heights) -> float:
-    """By how much the range of heights in the last quarter of the run exceeds that in the quarter before (m)."""
-    begin, end = run.time[0], run.time[-1]
-    quarter = np.minimum(4.0 * (run.time - begin) / max(end - begin, 1e-300), 3.0).astype(int)
-    ranges = [np.ptp(np.concatenate([run.low[quarter == i], run.high[quarter == i]])) for i in (2, 3) if i in quarter]
-    return float(ranges[1] - ranges[0]) if len(ranges) == 2 else 0.0
-
-
-def _settled(run: Heights) -> tuple[Reason, str]:
-    """Whether the mean height nears a limit: its changes between quarters shrink, and what is left of them is small.
-
-    With changes that shrink by a constant ratio r, the rest after the last change is change * r / (1 - r) (Aitken).
-    """
-    time = float(run.time[-1])
-    if run.time.size <= PARTS:
-        few = Reason.TOO_FEW_SAMPLES
-        return few, few.text(time=time, samples=run.time.size, needed=PARTS + 1)
-    quarters = _part_means(run).reshape(4, -1)
-    _, before, last = np.diff(quarters.mean(axis=1))
-    ratio = last / before if before != 0.0 else 0.0
-    rest = abs(last) if abs(last) <= STILL * run.initial_gap or ratio < 0.0 else np.inf
-    if 0.0 <= ratio < 1.0:
-        rest = min(rest, abs(last) * ratio / (1.0 - ratio))
-    growth = _growth(run)
-    if growth > SETTLED * run.initial_gap:
-        return Reason.SWINGS_EVER_MORE, Reason.SWINGS_EVER_MORE.text(time=time, growth=1e3 * growth)
-    if rest > SETTLED * run.initial_gap:
-        moves = Reason.STILL_RISES if last > 0.0 else Reason.STILL_SINKS
-        left = "" if np.isinf(rest) else f", {1e3 * rest:.2f} mm more by extrapolation"
-        return moves, moves.text(time=time, change=1e3 * last, left=left)
-    return Reason.SETTLED, Reason.SETTLED.text(time=time, change=1e3 * last)

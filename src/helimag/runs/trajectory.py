@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from helimag.errors import FileError, InputError
 from helimag.files import replacing
 from helimag.outcomes import End, Verdict
-from helimag.runs.gain import Heights, Judgement, judge
+from helimag.runs.gain import Judgement, judge
+from helimag.runs.heights import Heights, SlowTimes
 
 if TYPE_CHECKING:
     import xarray
@@ -146,7 +147,14 @@ class Trajectory:
             slips=int(slips[-1]) if slips.size else 0,
             initial_gap=float(self.dataset.attrs["initial_gap"]),
             end=End.of(self.dataset.attrs["end"]),
+            slow=self._slow_times,
         )
+
+    @property
+    def _slow_times(self) -> SlowTimes | None:
+        """Those of the scenario, where they are known."""
+        fold, lap = (self.dataset.attrs.get(name) for name in ("fold_time", "lap_time"))
+        return None if fold is None else SlowTimes(lap=None if lap is None else float(lap), fold=float(fold))
 
     @property
     def final_state(self) -> Floats:

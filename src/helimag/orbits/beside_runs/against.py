@@ -81,8 +81,8 @@ class OrbitComparison:
 
     @property
     def decided(self) -> NDArray[np.bool_]:
-        """Where the run's verdict says something: drifting does not."""
-        return np.asarray((self.verdicts != "") & (self.verdicts != str(Verdict.DRIFTING)))
+        """Where the run's verdict says something: drifting and undecided do not."""
+        return np.asarray((self.verdicts != "") & ~_open(self.verdicts))
 
     @property
     def agree(self) -> NDArray[np.bool_]:
@@ -104,11 +104,11 @@ class OrbitComparison:
     @property
     def text(self) -> str:
         """Shares and tally."""
-        drifting = int(np.count_nonzero(self.verdicts == str(Verdict.DRIFTING)))
+        drifting = int(np.count_nonzero(_open(self.verdicts)))
         tally = Counter(case.why for case in self.cases)
         lines = [
             f"{self.verdicts.size} nodes, of which {int(self.away.sum())} lie away from the boundary of stability (no "
-            f"neighbour differs); {drifting} undecided (drifting)",
+            f"neighbour differs); {drifting} not decided by their runs",
             f"runs that agree with the orbit: {_count(self.agree, self.decided, self.away)}",
         ]
         told, counted = self._told_beside
@@ -116,6 +116,11 @@ class OrbitComparison:
         lines.append(f"the same {start}: {_count(told, counted, self.away)}")
         lines += [f"{count:4d} {why}: {why.text()}" for why, count in tally.most_common()]
         return "\n".join(lines)
+
+
+def _open(verdicts: NDArray[np.str_]) -> NDArray[np.bool_]:
+    """Where runs were inside at their ends and nothing is told of what they do then."""
+    return np.isin(verdicts, [verdict for verdict in Verdict if verdict.open])
 
 
 def _count(agree: NDArray[np.bool_], counted: NDArray[np.bool_], away: NDArray[np.bool_]) -> str:
@@ -164,8 +169,8 @@ def compare_with_orbits(
     held = {node: scenario for node, scenario in nodes.items() if stable[node]}
     for node, stays in _stay_beside(held, found, watch.part(0.3, 0.6)).items():
         beside[node] = stays
-    drifting = verdicts == str(Verdict.DRIFTING)
-    listed = {node: s for node, s in nodes.items() if drifting[node] or inside[node] != stable[node]}
+    undecided = _open(verdicts)
+    listed = {node: s for node, s in nodes.items() if undecided[node] or inside[node] != stable[node]}
     cases = _cases(listed, verdicts, found, beside, watch.part(0.6, 1.0))
     watch(1.0)
     return OrbitComparison(verdicts, found.growth, found.swing, found.states, away_from_boundary(stable), beside, cases)
@@ -288,6 +293,6 @@ def _why(verdict: Verdict, stable: bool, stays: bool, beside: bool) -> Why:
         return Why.BASIN
     if not stable and stays:
         return Why.OTHER
-    if verdict is Verdict.DRIFTING:
+    if verdict.open:
         return Why.SLOW_DRIFT
     return Why.SOON if stable else Why.SHORT
