@@ -266,7 +266,7 @@ REFUSED = [
     (('pitch = "12.7 deg"', "pitch = nan"), ["drive.pitch", "nan"]),
     (('pitch = "12.7 deg"', "pitch = true"), ["drive.pitch", "True"]),
     (('pitch = "12.7 deg"', 'pich = "12.7 deg"'), ["drive.pich", "not a known key"]),
-    (('frequency = "3.3 Hz"', 'frequency = "200 rpm"'), ["drive.frequency", "Hz", "200 rpm"]),
+    (('frequency = "3.3 Hz"', 'frequency = "20 rad/s"'), ["drive.frequency", "Hz, 1/s, rev/s, rpm", "20 rad/s"]),
     (('frequency = "3.3 Hz"', 'frequency = "0 Hz"'), ["drive.frequency", "zero"]),
     (('yaw_rate = "1.8 deg/s"', 'yaw_rate = "1.8 Hz"'), ["drive.yaw_rate", "1.8 Hz"]),
     (('distance = "150 mm"', 'distance = "-150 mm"'), ["drive.distance", "positive", "-150 mm"]),
