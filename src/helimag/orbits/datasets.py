@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.files import replacing
 from helimag.outcomes import BasinEnd, Term, Verdict, Why, cf_flags
-from helimag.runs.trajectory import versions
+from helimag.runs import versions, write_netcdf
 from helimag.scenario import Scenario
 from helimag.scenario.inputs import Input
 
@@ -196,8 +195,7 @@ def save_dataset(dataset: "xarray.Dataset", path: str | Path) -> None:
     FileError
         Where the file cannot be written; nothing is left behind.
     """
-    with replacing(path) as beside:
-        dataset.to_netcdf(beside, engine="h5netcdf")
+    write_netcdf(dataset, path)
 
 
 def _boundary(

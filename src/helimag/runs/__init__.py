@@ -5,6 +5,7 @@ from helimag.runs import measurement
 from helimag.runs.comparison import Comparison, compare
 from helimag.runs.gain import Heights, Judgement, gain_until, judge
 from helimag.runs.imported import import_track
+from helimag.runs.netcdf import write_netcdf
 from helimag.runs.smoothing import smooth
 from helimag.runs.tables import Columns, read_table
 from helimag.runs.trajectory import Trajectory, versions
@@ -26,4 +27,5 @@ __all__ = [
     "read_table",
     "smooth",
     "versions",
+    "write_netcdf",
 ]
