@@ -77,7 +77,7 @@ def test_files_that_are_none(helimag, tmp_path):
         (["--interval", "0 s"], ["run.interval", "positive"]),
         (["--interval", "1e-9 s"], ["interval"]),
         (["--device", "abacus"], ["device", "abacus"]),
-        (["--set", "device.helix.length=1e9 m"], ["device.helix.length"]),
+        (["--set", "device.helix.length=99 m", "--set", "device.helix.pitch=10 um"], ["device.helix.length"]),
         (["--nonsense"], ["--nonsense"]),
     ],
 )
@@ -125,7 +125,7 @@ def test_a_failed_write_keeps_what_was_there(tmp_path, monkeypatch):
 
 
 def test_a_run_that_fails_has_status_1(helimag):
-    status, out, err = helimag("simulate", "paper/fig3c", "--set", "fluid.viscosity=1e-300 Pa s", "--json")
+    status, out, err = helimag("simulate", "paper/fig3c", "--set", "device.weight.net_weight=1e300 N", "--json")
     assert (status, out) == (1, "")
     assert err.count("\n") == 1
     assert "broke down" in err

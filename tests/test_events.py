@@ -203,7 +203,7 @@ def test_absurd_initial_states_are_refused(state):
         oracles.run(oracles.case(), 1.0, initial_state=state)
 
 
-@pytest.mark.parametrize("changes", [{"viscosity": 1e-300}, {"weight": 1e300}, {"moment": 1e300}])
+@pytest.mark.parametrize("changes", [{"weight": 1e300}, {"moment": 1e300}])
 def test_a_run_that_breaks_down_says_so(changes):
     with pytest.raises(hm.RunError, match="broke down at"):
         oracles.run(oracles.case(**changes), 1.0)

@@ -19,7 +19,7 @@ FILES = {
     "track.csv": "a,b\n1,2\n",
     "run.nc": "this is no netCDF file",
 }
-LONG = ("--set", "device.helix.length=1e9 m")
+LONG = ("--set", "device.helix.length=99 m", "--set", "device.helix.pitch=10 um")
 SIDEWAYS = ("--set", 'drive.velocity=["1 mm/s", "0 m/s", "0 m/s"]')
 MAP = ("--vary", "drive.pitch=4 deg..8 deg", "--vary", "drive.frequency=2 Hz..3 Hz")
 REFUSALS = [

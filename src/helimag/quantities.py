@@ -1,7 +1,7 @@
 """Quantities with units: ``"150 mm"`` to 0.15 and back. The only place that knows pint.
 
-Angles are a dimension of their own here, unlike in SI, so that "60 rpm" is refused as a frequency in Hz and not taken
-for 6.28 Hz, and "1.8 Hz" is refused as an angular rate.
+Angles are a dimension of their own here, unlike in SI, so that "6.28 rad/s" is not taken for 6.28 Hz, and
+"1.8 Hz" is refused as an angular rate. A frequency counts turns: "60 rpm" and "1 rev/s" are 1 Hz.
 """
 
 import math
@@ -16,26 +16,27 @@ if TYPE_CHECKING:
 
 
 class Kind(NamedTuple):
-    """A physical kind: its name in messages, SI unit, the unit it is shown in, and an example."""
+    """A physical kind: its name in messages, SI unit, the unit it is shown in, an example, and units in use."""
 
     name: str
     si: str
     shown: str
     example: str
+    units: tuple[str, ...]
 
 
-LENGTH = Kind("a length", "m", "mm", "150 mm")
-ANGLE = Kind("an angle", "rad", "deg", "12.7 deg")
-ANGULAR_RATE = Kind("an angular rate", "rad/s", "deg/s", "1.8 deg/s")
-FREQUENCY = Kind("a frequency", "Hz", "Hz", "3.3 Hz")
-VELOCITY = Kind("a velocity", "m/s", "mm/s", "0.825 mm/s")
-ACCELERATION = Kind("an acceleration", "m/s^2", "m/s^2", "1 m/s^2")
-TIME = Kind("a time", "s", "s", "1800 s")
-FORCE = Kind("a force", "N", "uN", "28.28 uN")
-MOMENT = Kind("a magnetic moment", "A m^2", "A m^2", "18.89 A m^2")
-REMANENCE = Kind("a flux density", "T", "T", "1.35 T")
-VISCOSITY = Kind("a dynamic viscosity", "Pa s", "Pa s", "1 Pa s")
-DENSITY = Kind("a density", "kg/m^3", "kg/m^3", "971 kg/m^3")
+LENGTH = Kind("a length", "m", "mm", "150 mm", ("m", "mm", "um", "inch"))
+ANGLE = Kind("an angle", "rad", "deg", "12.7 deg", ("deg", "°", "rad", "turn"))
+ANGULAR_RATE = Kind("an angular rate", "rad/s", "deg/s", "1.8 deg/s", ("deg/s", "rad/s", "rpm", "rev/s"))
+FREQUENCY = Kind("a frequency", "Hz", "Hz", "3.3 Hz", ("Hz", "1/s", "rev/s", "rpm"))
+VELOCITY = Kind("a velocity", "m/s", "mm/s", "0.825 mm/s", ("m/s", "mm/s", "mm/min"))
+ACCELERATION = Kind("an acceleration", "m/s^2", "m/s^2", "1 m/s^2", ("m/s^2", "mm/s^2"))
+TIME = Kind("a time", "s", "s", "1800 s", ("s", "ms", "min", "h"))
+FORCE = Kind("a force", "N", "uN", "28.28 uN", ("N", "mN", "uN", "nN"))
+MOMENT = Kind("a magnetic moment", "A m^2", "A m^2", "18.89 A m^2", ("A m^2", "mA m^2", "J/T"))
+REMANENCE = Kind("a flux density", "T", "T", "1.35 T", ("T", "mT", "G"))
+VISCOSITY = Kind("a dynamic viscosity", "Pa s", "Pa s", "1 Pa s", ("Pa s", "mPa s", "P", "cP"))
+DENSITY = Kind("a density", "kg/m^3", "kg/m^3", "971 kg/m^3", ("kg/m^3", "g/cm^3", "g/mL"))
 
 # The units understood, in pint's language. A list of our own: it loads in milliseconds, and gives angle a dimension.
 _DEFINITIONS = """
@@ -45,6 +46,8 @@ nano- = 1e-9 = n-
 kilo- = 1e3 = k-
 centi- = 1e-2 = c-
 meter = [length] = m = metre
+inch = 0.0254 * meter = in = inches
+liter = 0.001 * meter ** 3 = L = l = litre
 second = [time] = s = sec
 minute = 60 * second = min
 hour = 3600 * second = h
@@ -58,11 +61,31 @@ hertz = 1 / second = Hz
 newton = 1000 * gram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 poise = 0.1 * pascal * second = P
+joule = newton * meter = J
 tesla = newton / ampere / meter = T
+gauss = 1e-4 * tesla = G
 """
-_QUANTITY = re.compile(
-    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*([^\W\d][\w\s/*^·²³°.-]{0,40}|°[\w/]*)?\s*"
+# Unicode that word processors, papers and web pages put in the place of what a keyboard writes.
+_PLAIN = str.maketrans(
+    {
+        **dict.fromkeys("\u2212\u2010\u2011\u2013\ufe63\uff0d", "-"),
+        **dict.fromkeys("\u00b7\u22c5\u2219\u2022\u2027", " "),  # dots that multiply
+        **dict.fromkeys("\u00ba\u02da", "°"),
+        **dict.fromkeys("\u2044\u2215", "/"),
+        "\u00d7": "*",
+    }
 )
+_SUPERSCRIPT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
+_RAISED = re.compile("[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+_POWER_OF_TEN = re.compile(r"(?<=[\d.])\s*[*x]\s*10\s*(?:\^|\*\*)\s*([-+]?\d+)")
+_QUANTITY = re.compile(
+    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*((?:1\s*/\s*)?[^\W\d_°][\w\s/*^°.()+-]{0,40}|°[\w\s/]*)?\s*"
+)
+_POWER = re.compile(r"(?<=[^\W\d_])([-+]?\d)")  # m2, s-1
+_JOINED = re.compile(r"\b([mµμun]?A)(?=m(?![a-z]))|\b([mcµμu]?Pa)(?=s(?![a-z]))")  # Am^2, mPas
+
+
+_TURNS = {"turn", "rpm"}  # units in which a turn is one, as a frequency counts them
 
 
 @cache
@@ -74,10 +97,16 @@ def _registry() -> "pint.UnitRegistry":
     return registry
 
 
+def _plain(text: str) -> str:
+    """The text as a keyboard would write it: minus signs, superscripts as powers, powers of ten as exponents."""
+    raised = _RAISED.sub(lambda match: "^" + match[0].translate(_SUPERSCRIPT), text)
+    return _POWER_OF_TEN.sub(r"e\1", raised.translate(_PLAIN))
+
+
 def _spelled(unit: str) -> str:
-    """The unit as pint reads it: products by space or dot, powers by ^ or superscript."""
-    plain = unit.strip().replace("·", " ").replace("²", "^2").replace("³", "^3").replace("^", "**")
-    return re.sub(r"(?<=[\w])\s+(?=[A-Za-zµμ°])", " * ", plain)
+    """The unit as pint reads it: products by space or dot, powers by ^ or a number behind a symbol."""
+    symbols = _POWER.sub(r"^\1", _JOINED.sub(lambda match: f"{match[0]} ", unit.strip().replace(".", " ")))
+    return re.sub(r"(?<=[\w)])\s+(?=[A-Za-zµμ°(])", " * ", symbols.replace("^", "**"))
 
 
 @cache
@@ -85,17 +114,19 @@ def _factor(unit: str, kind: Kind) -> float | str:
     """What one ``unit`` is in the kind's SI unit, or why it is none."""
     import pint
 
-    if re.search(r"\*\*\s*\d{2,}|\*\*\s*\d\s*\*\*", _spelled(unit)):
+    if re.search(r"\*\*\s*[-+]?\d{2,}|\*\*\s*[-+]?\d\s*\*\*", _spelled(unit)):
         return "whose unit has an absurd power"
     try:
-        return float(_registry().Quantity(1.0, _spelled(unit)).to(_spelled(kind.si)).magnitude)
+        given = _registry().Quantity(1.0, _spelled(unit))
+        counts_turns = kind is FREQUENCY and not _TURNS.isdisjoint(dict(given.unit_items()))
+        return float(given.to("turn / second" if counts_turns else _spelled(kind.si)).magnitude)
     except pint.DimensionalityError:
-        hint = "; count turns per second in Hz" if kind is FREQUENCY and _is_rotation(unit) else ""
-        return f"which is not in a unit of {kind.name.partition(' ')[2]}{hint}"
+        hint = ", which counts turns" if kind is FREQUENCY and _is_rotation(unit) else ""
+        return f"which is not in a unit of {kind.name.partition(' ')[2]}{hint}; it may be {', '.join(kind.units)}"
     except pint.UndefinedUnitError:
-        return f"whose unit '{unit}' is not known"
+        return f"whose unit '{unit}' is not known; it may be {', '.join(kind.units)}"
     except Exception:  # noqa: BLE001  pint's parser leaks whatever its tokenizer raises; every case is the same bad unit
-        return f"whose unit '{unit}' cannot be read"
+        return f"whose unit '{unit}' cannot be read; it may be {', '.join(kind.units)}"
 
 
 def _is_rotation(unit: str) -> bool:
@@ -104,8 +135,10 @@ def _is_rotation(unit: str) -> bool:
 
 def _scaled(number: float, factor: float) -> float:
     """``number * factor``, dividing where the factor is one over a whole number: 5 / 1e6 is exact, 5 * 1e-6 is not."""
-    inverse = round(1.0 / factor)
-    return number / inverse if inverse > 1 and abs(inverse * factor - 1.0) < 1e-12 else number * factor
+    whole, inverse = round(factor), round(1.0 / factor)
+    if inverse > 1 and abs(inverse * factor - 1.0) < 1e-12:
+        return number / inverse
+    return number * (whole if whole >= 1 and abs(factor - whole) < 1e-12 * whole else factor)
 
 
 def parse(text: str, kind: Kind) -> float:
@@ -125,7 +158,7 @@ def parse(text: str, kind: Kind) -> float:
     helimag.errors.InputError: must be a length such as '150 mm'; got '150', which has no unit
     """
     expected = f"must be {kind.name} such as '{kind.example}'; got '{text}'"
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(_plain(text))
     if match is None:
         raise InputError(expected)
     number, unit = match.groups()

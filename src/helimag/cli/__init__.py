@@ -5,6 +5,7 @@ import sys
 from cyclopts import App, CycloptsError
 
 from helimag.cli import checks, compare, design, orbits, pictures, robot, runs, sweeps, vision
+from helimag.cli._streams import OutputLost, guarded
 from helimag.errors import HelimagError, RunError
 
 app = App(
@@ -12,6 +13,7 @@ app = App(
     help="Simulate and judge open-loop runs of magnetic helical devices under a rotating permanent magnet.",
     version_flags=["--version"],
     result_action="return_value",
+    suppress_keyboard_interrupt=False,
 )
 COMMANDS = (
     runs.presets,
@@ -34,21 +36,31 @@ for command in COMMANDS:
 
 def main() -> None:
     """Run the command line: exit status 0 done, 1 a run failed, 2 bad input."""
+    with guarded():
+        status = _status()
+    sys.exit(status or None)
+
+
+def _status() -> int:
+    """What the process ends with, everything said."""
     try:
-        app(exit_on_error=False, print_error=False)
+        try:
+            app(exit_on_error=False, print_error=False)
+        finally:
+            sys.stdout.flush()
     except RunError as error:
-        _fail(str(error), 1)
+        return _said(str(error), 1)
     except HelimagError as error:
-        _fail(str(error), 2)
+        return _said(str(error), 2)
     except CycloptsError as error:
-        _fail(" ".join(str(error).split()), 2)
+        return _said(str(error), 2)
     except KeyboardInterrupt:
-        _fail("interrupted", 130)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(1)
+        return _said("interrupted", 130)
+    except OutputLost as lost:
+        return 1 if lost.broken else _said(f"standard output cannot be written: {lost}", 2)
+    return 0
 
 
-def _fail(message: str, status: int) -> None:
+def _said(message: str, status: int) -> int:
     print("helimag: " + " ".join(message.split()), file=sys.stderr)
-    sys.exit(status)
+    return status

@@ -111,9 +111,9 @@ def plot_sweep(store: Path, output: Path | None) -> None:
     from helimag import plots
     from helimag.sweeps import load_sweep
 
-    target = output or store.with_suffix(".png")
-    check_target(target)
     dataset = load_sweep(store)
+    target = output or store.resolve().with_suffix(".png")
+    check_target(target)
     if target.suffix == ".html":
         plots.save_html(plots.interactive_sweep(dataset), target)
     else:

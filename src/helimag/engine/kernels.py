@@ -5,7 +5,7 @@ import threading
 
 import warp as wp
 
-from helimag.errors import InputError
+from helimag.errors import FileError, InputError
 
 PATIENCE = 0.7  # s before saying something
 
@@ -16,7 +16,15 @@ def announce() -> None:
 
 
 def ready(kernel: wp.Kernel, device: str) -> None:
-    """Compile or load ``kernel`` for ``device``; where that takes seconds, as once on each machine, stderr says so."""
+    """Compile or load ``kernel`` for ``device``; where that takes seconds, as once on each machine, stderr says so.
+
+    Raises
+    ------
+    InputError
+        Where this machine has no such device.
+    FileError
+        Where the compiled kernel cannot be kept.
+    """
     known = [str(d) for d in wp.get_devices()]
     if device not in known and not (device == "cuda" and len(known) > 1):
         raise InputError(f"device must be one of this machine's, {', '.join(known)}; got '{device}'")
@@ -26,5 +34,11 @@ def ready(kernel: wp.Kernel, device: str) -> None:
     note.start()
     try:
         kernel.module.load(target)
+    except OSError as error:
+        place = wp.config.kernel_cache_dir
+        raise FileError(
+            f"compiled kernels cannot be kept in {place}: {error.strerror or error}; make room there, or let "
+            "WARP_CACHE_PATH name another folder"
+        ) from None
     finally:
         note.cancel()

@@ -10,6 +10,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from helimag.errors import FileError
+
 __all__ = ["evaluate"]
 
 
@@ -20,19 +22,36 @@ def _start_warp() -> None:
     """
     wp.config.quiet = True
     wp.config.log_level = wp.LOG_ERROR
-    sys.stderr.flush()
-    with tempfile.TemporaryFile() as said:
+    try:
+        rest = [line for line in _said_by(wp.init) if "CUDA driver" not in line]
+    except OSError as error:
+        place = error.filename or wp.config.kernel_cache_dir
+        raise FileError(
+            f"the folder of compiled kernels, {place}, cannot be made: {error.strerror or error}; let HOME, or "
+            "WARP_CACHE_PATH, name a folder that can be written"
+        ) from None
+    if rest:
+        print("\n".join(rest), file=sys.stderr)
+
+
+def _said_by(task: Callable[[], object]) -> list[str]:
+    """Lines that a task writes to the process' standard error, where there is one."""
+    try:
         kept = os.dup(2)
+    except OSError:  # closed: nothing can be said
+        task()
+        return []
+    if sys.stderr is not None:
+        sys.stderr.flush()
+    with tempfile.TemporaryFile() as said:
         try:
             os.dup2(said.fileno(), 2)
-            wp.init()
+            task()
         finally:
             os.dup2(kept, 2)
             os.close(kept)
         said.seek(0)
-        rest = [line for line in said.read().decode(errors="replace").splitlines() if "CUDA driver" not in line]
-    if rest:
-        print("\n".join(rest), file=sys.stderr)
+        return said.read().decode(errors="replace").splitlines()
 
 
 _start_warp()

@@ -1,7 +1,10 @@
 """Figures and films of runs, with matplotlib and PyAV (``pip install helimag[plots]``; films need PyAV)."""
 
+import logging
+
 from helimag.errors import MissingExtra
 
+logging.getLogger("matplotlib").setLevel(logging.ERROR)  # already its import remarks on folders that it cannot make
 try:
     import matplotlib as _matplotlib
 except ImportError as _error:

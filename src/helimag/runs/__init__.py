@@ -6,6 +6,7 @@ from helimag.runs.comparison import Comparison, compare
 from helimag.runs.gain import Judgement, gain_until, judge
 from helimag.runs.heights import Heights, SlowTimes
 from helimag.runs.imported import import_track
+from helimag.runs.netcdf import write_netcdf
 from helimag.runs.smoothing import smooth
 from helimag.runs.tables import Columns, read_table
 from helimag.runs.trajectory import Trajectory, versions
@@ -28,4 +29,5 @@ __all__ = [
     "read_table",
     "smooth",
     "versions",
+    "write_netcdf",
 ]

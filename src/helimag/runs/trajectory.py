@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.errors import FileError, InputError
-from helimag.files import replacing
+from helimag.errors import InputError
 from helimag.outcomes import End, Verdict
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.heights import Heights, SlowTimes
+from helimag.runs.netcdf import read_netcdf, write_netcdf
+from helimag.runs.validation import check_run
 
 if TYPE_CHECKING:
     import xarray
@@ -89,32 +90,25 @@ class Trajectory:
         FileError
             Where the file cannot be read.
         InputError
-            Where it is not a trajectory.
+            Where it is not a trajectory, or holds what no run can: times that do not rise, numbers that are none.
         """
-        import xarray
-
-        if Path(path).is_dir():
-            raise FileError(f"{path} is a directory; name a file in it")
+        dataset = read_netcdf(path)
         try:
-            with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as opened:
-                return cls(opened.load())
-        except FileNotFoundError:
-            raise FileError(f"there is no file '{path}'") from None
+            run = cls(dataset)
+            check_run(dataset, VARIABLES)
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
-        except (OSError, ValueError, KeyError) as error:
-            raise FileError(f"{path} cannot be read as netCDF: {error}") from None
+        return run
 
     def save(self, path: str | Path) -> None:
-        """Write netCDF that xarray, MATLAB (``ncread``) and any HDF5 reader open; beside first, then renamed.
+        """Write netCDF that xarray, MATLAB (``ncread``) and any HDF5 reader open.
 
         Raises
         ------
         FileError
             Where the file cannot be written; nothing is left behind.
         """
-        with replacing(path) as beside:
-            self.dataset.to_netcdf(beside, engine="h5netcdf")
+        write_netcdf(self.dataset, path)
 
     @cached_property
     def judgement(self) -> Judgement:

@@ -9,6 +9,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from helimag import quantities as q
 from helimag.errors import InputError
+from helimag.scenario._limits import check_size
 
 
 class Part(BaseModel):
@@ -32,10 +33,11 @@ class Quantity:
         return self.checked(value, in_file=bool(info.context and info.context.get("file")))
 
     def checked(self, value: object, *, in_file: bool = False) -> float:
-        """SI value, whose sign is as wanted."""
+        """SI value, whose sign is as wanted and whose size is sensible."""
         number = self._number(value, in_file=in_file)
         if (self.sign == "positive" and number <= 0.0) or (self.sign == "not negative" and number < 0.0):
             raise InputError(f"must be {self.sign}; got '{q.show(number, self.kind)}'")
+        check_size(number, self.kind, positive=self.sign == "positive")
         return number
 
     def _number(self, value: object, *, in_file: bool) -> float:

@@ -174,3 +174,5 @@ def validated(data: Mapping[str, object], *, in_file: bool) -> Scenario:
         return Scenario.model_validate(data, context={"file": in_file})
     except ValidationError as error:
         raise InputError("; ".join(messages(error))) from None
+    except UnicodeEncodeError as error:
+        raise InputError(f"a scenario's text must be Unicode; got {ascii(error.object)[:60]}") from None

@@ -22,6 +22,7 @@ from helimag.scenario._fields import (
     Velocity,
     Viscosity,
 )
+from helimag.scenario._limits import LEAST_FREQUENCY
 from helimag.scenario._path import Path
 from helimag.scenario._remanence import REMANENCE, cylinder_moment
 
@@ -103,6 +104,9 @@ class Drive(Part):
     def _sensible(self) -> Self:
         if self.frequency == 0.0:
             raise InputError(".frequency must not be zero; a negative one turns the magnet the other way")
+        if abs(self.frequency) < LEAST_FREQUENCY:
+            least, got = q.show(LEAST_FREQUENCY, q.FREQUENCY), q.show(self.frequency, q.FREQUENCY)
+            raise InputError(f".frequency must be at least {least} either way (a turn in eleven days); got '{got}'")
         if self.path is not None and (self.yaw_rate != 0.0 or any(self.velocity)):
             raise InputError(".path takes the place of yaw_rate and velocity; leave these out")
         if not abs(self.pitch) < math.pi / 2.0:

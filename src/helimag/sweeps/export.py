@@ -11,6 +11,7 @@ import numpy as np
 from helimag.errors import FileError, InputError
 from helimag.files import replacing
 from helimag.outcomes import Reason, Verdict
+from helimag.runs import write_netcdf
 from helimag.sweeps.compute import SCALARS
 from helimag.sweeps.plan import parse_plan
 from helimag.sweeps.store import CHECKSUM, attributes_of, checksum
@@ -110,11 +111,11 @@ def export(dataset: "xarray.Dataset", path: str | Path) -> None:
     target = Path(path)
     if target.suffix not in (".nc", ".csv"):
         raise InputError(f"a sweep is exported to a file ending in .nc or .csv; got '{path}'")
+    if target.suffix == ".nc":
+        write_netcdf(dataset.drop_encoding(), target)
+        return
     with replacing(target) as beside:
-        if target.suffix == ".csv":
-            _write_csv(dataset, beside)
-        else:
-            dataset.drop_encoding().to_netcdf(beside, engine="h5netcdf")
+        _write_csv(dataset, beside)
 
 
 def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:

@@ -29,7 +29,7 @@ class Axis(_Part):
     stop: float | str | None = None
     step: float | str | None = None
     count: int | None = Field(default=None, ge=2)
-    zip: str | None = None
+    zip: str | None = Field(default=None, pattern="^[A-Za-z][A-Za-z0-9_]*$")
 
     @property
     def form(self) -> str:
@@ -88,7 +88,7 @@ class Plan(_Part):
     base: str | Scenario
     changes: dict[str, Any] = {}
     duration: Time | None = None
-    samples: int = Field(default=100, ge=20)
+    samples: int = Field(default=100, ge=20, le=100_000)
     axis: tuple[Axis, ...] = Field(min_length=1)
     sample: Sampling | None = None
     boundary: Boundary | None = None

@@ -21,6 +21,8 @@ Value = float | str
 
 LARGEST_CHUNK = 64  # runs: what a kill may cost, and what is held in memory at once for each worker
 SMALLEST_CHUNK = 8
+MOST_RUNS = 1_000_000  # of one sweep: days of a large machine, and a store of a hundred thousands of files
+MOST_SAMPLES = 10**9  # of all trajectories that a store keeps; 56 GB
 CHUNKS = 16  # aimed at, so that a small sweep uses several cores too
 
 
@@ -127,6 +129,7 @@ def resolve(plan: Plan) -> ResolvedPlan:
     base = load(plan.base) if isinstance(plan.base, str) else plan.base
     base = varied(base, changes) if changes else base
     _check_fields(plan, base)
+    _check_size(plan, base)
     if plan.sample is not None or plan.boundary is not None:
         size = plan.sample.count if plan.sample else plan.boundary.budget if plan.boundary else 0
         return ResolvedPlan(plan, base, _spread(plan, base), {"point": size})
@@ -135,7 +138,7 @@ def resolve(plan: Plan) -> ResolvedPlan:
     for axis in plan.axis:
         given = Input(axis.field)
         kind, name = _kind(given, base), given.label
-        values = _values(axis, given, base)
+        values = _values(plan, axis, given, base)
         dimension = axis.zip or name
         if shape.setdefault(dimension, len(values)) != len(values):
             raise InputError(
@@ -146,7 +149,34 @@ def resolve(plan: Plan) -> ResolvedPlan:
         axes.append(ResolvedAxis(axis.field, name, dimension, kind, values))
     if set(shape) & {axis.name for axis in axes if axis.name != axis.dimension}:
         raise InputError("the name of a zip must not be an axis' name")
-    return ResolvedPlan(plan, base, tuple(axes), shape)
+    design = ResolvedPlan(plan, base, tuple(axes), shape)
+    _check_runs(plan, base, design.size)
+    return design
+
+
+def _check_runs(plan: Plan, base: Scenario, runs: float) -> None:
+    """Raise InputError where a plan has more runs, or keeps more samples of them, than a store can hold."""
+    if runs > MOST_RUNS:
+        raise InputError(
+            f"the plan has {runs:.7g} runs, and a sweep at most {MOST_RUNS:.7g}; give its axes fewer values, let "
+            "[sample] or [boundary] choose the points, or make several plans of it"
+        )
+    samples = runs * base.run.duration / plan.trajectory if plan.trajectory else runs
+    if samples > MOST_SAMPLES:
+        raise InputError(
+            f"trajectory keeps {samples:.2g} samples of all runs together, and a store at most {MOST_SAMPLES:.2g}; "
+            "make it longer than '" + q.show(plan.trajectory or 0.0, q.TIME) + "', or leave it out"
+        )
+
+
+def _check_size(plan: Plan, base: Scenario) -> None:
+    """The same before any of its points is made: an axis' count, a sample's, a budget."""
+    counts = [axis.count or 1 for axis in plan.axis]
+    if plan.sample is not None:
+        counts = [plan.sample.count]
+    elif plan.boundary is not None:
+        counts.append(plan.boundary.budget)
+    _check_runs(plan, base, float(min(max(counts), 10**18)))
 
 
 def _check_fields(plan: Plan, base: Scenario) -> None:
@@ -212,7 +242,7 @@ def _number(axis: Axis, part: str, given: Input, base: Scenario) -> float:
     return float(_read(getattr(axis, part), given, base, f"axis '{axis.field}': {part}"))
 
 
-def _values(axis: Axis, given: Input, base: Scenario) -> tuple[Value, ...]:
+def _values(plan: Plan, axis: Axis, given: Input, base: Scenario) -> tuple[Value, ...]:
     """What an axis runs through, in SI."""
     if axis.values is not None:
         return tuple(_read(value, given, base, f"axis '{axis.field}':") for value in axis.values)
@@ -223,6 +253,7 @@ def _values(axis: Axis, given: Input, base: Scenario) -> tuple[Value, ...]:
     step = _number(axis, "step", given, base)
     if not (step != 0.0 and (stop - start) / step >= 0.0):
         raise InputError(f"axis '{axis.field}' must have a step that leads from start to stop; got {axis.step}")
+    _check_runs(plan, base, (stop - start) / step)
     count = math.floor((stop - start) / step + 1e-9) + 1
     return tuple(_clean(start + i * step, kind) for i in range(count))
 

@@ -17,7 +17,7 @@ from helimag.sweeps.export import load_sweep
 from helimag.sweeps.plan import Plan, load_plan
 from helimag.sweeps.resolved import resolve
 from helimag.sweeps.rounds import check_first, chosen, planned
-from helimag.sweeps.store import Store, sample_times
+from helimag.sweeps.store import Store, check_names, sample_times
 
 if TYPE_CHECKING:
     import xarray
@@ -76,6 +76,7 @@ def sweep(
         Where the plan does not fit, or is not the store's.
     """
     design = resolve(plan if isinstance(plan, Plan) else load_plan(plan))
+    check_names(design)
     check_first(design)
     place = Path(out)
     times = sample_times(design)

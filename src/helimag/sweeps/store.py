@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     import xarray
 
 CHECKSUM = "checksum"
+FURTHER = ("byte", "axis", "component", "chunk", "file")  # dimensions beside the plan's own and time
 UNFINISHED = "*.partial"  # what zarr calls a file until it is whole
 MADE_BY = ("helimag", "warp-lang")  # whose versions decide the numbers
 
@@ -207,6 +208,18 @@ def _coordinates(design: ResolvedPlan) -> dict[str, Any]:
     if times is not None:
         found["time"] = ("time", times, {"units": "s", "long_name": "time since the start"})
     return found
+
+
+def check_names(design: ResolvedPlan) -> None:
+    """Raise InputError where a dimension that the plan names has the name of something else in the store."""
+    own = {axis.name for axis in design.axes if axis.name == axis.dimension}
+    taken = {*variables(design), *_coordinates(design), *FURTHER, "time", "point"} - own
+    for axis in design.axes:
+        if axis.dimension != axis.name and axis.dimension in taken:
+            raise InputError(
+                f"axis '{axis.field}': zip must not be '{axis.dimension}', which a sweep's result has already; "
+                "choose another name"
+            )
 
 
 def _template(design: ResolvedPlan) -> "xarray.Dataset":

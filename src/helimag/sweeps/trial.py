@@ -15,7 +15,7 @@ from helimag.sweeps.compute import compute, empty_rows
 from helimag.sweeps.plan import Plan, load_plan
 from helimag.sweeps.resolved import ResolvedPlan, Value, resolve
 from helimag.sweeps.rounds import check_first, scenarios
-from helimag.sweeps.store import Store, sample_times
+from helimag.sweeps.store import Store, check_names, sample_times
 
 TRIAL_RUNS = 8
 TRIAL_SHARE = 0.05  # of the duration, but at least ...
@@ -42,6 +42,7 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
         As for :func:`sweep`.
     """
     design = resolve(plan if isinstance(plan, Plan) else load_plan(plan))
+    check_names(design)
     check_first(design)
     cores = threads or os.cpu_count() or 1
     points = _spread_points(design, max(TRIAL_RUNS, cores))

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.files import replacing
 from helimag.outcomes import Term, cf_flags
+from helimag.runs import write_netcdf
 from helimag.runs.trajectory import versions
 from helimag.scenario import Input, Scenario
 
@@ -103,5 +103,4 @@ def save_dataset(dataset: "xarray.Dataset", path: str | Path) -> None:
     FileError
         Where the file cannot be written; nothing is left behind.
     """
-    with replacing(path) as beside:
-        dataset.to_netcdf(beside, engine="h5netcdf")
+    write_netcdf(dataset, path)
