@@ -148,6 +148,36 @@ def test_round_trip_of_waypoints():
     assert played(plan(load("paper/table1-row1").replaced(changes), CELL)).acceptable
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_round_trip_in_other_cells(seed):
+    """The base turned, the motor askew, the magnet off the sixth axis; a line, and a path with bends and a halt."""
+    random = np.random.default_rng(seed)
+    base = {"position": (0.62, random.uniform(-0.1, 0.1), 0.25), "angles": tuple(random.uniform(-0.3, 0.3, 3))}
+    tool = {"axis": (1.0, *random.uniform(-0.5, 0.5, 2)), "magnet": (random.uniform(-0.03, 0.03), 0.0, 0.13)}
+    cell = CELL.model_copy(
+        update={
+            "obstacle": (),
+            "base": CELL.base.model_copy(update=base),
+            "tool": CELL.tool.model_copy(update=tool),
+        }
+    )
+    bends = {
+        "time": [0.0, 4.0, 8.0, 12.0],
+        "position": [[0.0, 0.0, 0.14], [0.004, 0.002, 0.141], [0.004, 0.002, 0.141], [0.002, 0.005, 0.14]],
+        "yaw": [0.0, *random.uniform(-0.1, 0.1, 3)],
+        "pitch": [*random.uniform(-0.1, 0.1, 4)],
+    }
+    for changes in (
+        {"run.duration": 20.0},
+        {"drive.path": bends, "drive.velocity": (0.0, 0.0, 0.0), "run.duration": 12.0},
+    ):
+        found = plan(load("paper/table1-row1").replaced({"workspace": {}, **changes}), cell)
+        assert found.feasible
+        trip = deviation(found, play(*write_krl(found, "trip"), cell.arm))
+        assert trip.differences == ()
+        assert trip.acceptable
+
+
 def test_a_programme_that_was_tampered_with_is_noticed():
     src, dat = write_krl(straight(), "trip")
     slow = src.replace("$VEL.CP=0.0008250000", "$VEL.CP=0.0008270000")

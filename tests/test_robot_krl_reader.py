@@ -101,6 +101,15 @@ def test_points_that_are_moved_are_found_where_they_are(case):
     assert away == pytest.approx([0.0, 0.0, 0.1], abs=1e-6)
 
 
+def test_a_constant_attitude_leaves_the_point_s_own_alone():
+    """The end point names A = 40 deg: the tool turns there with #VAR, and keeps the start's attitude with #CONSTANT."""
+    src, dat = krl_texts(CASES / "krl-ori-constant" / "row1.src")
+    assert found(src, dat).axis < 1e-6
+    turned = found(src.replace("$ORI_TYPE=#CONSTANT", "$ORI_TYPE=#VAR"), dat).axis
+    # about the upright axis as the tool is tilted by 13 deg: the whole attitude turns by 40 deg
+    assert turned == pytest.approx(math.radians(40.0), abs=1e-6)
+
+
 def changed(old, new, kind="line", *, dat=False):
     """What a written programme comes to with one piece of text in another's place."""
     texts = list(written(kind))
@@ -139,6 +148,9 @@ SAME = {  # arithmetic that comes to the same programme
     ),
     "joint speeds": ("PTP XSTART", "BAS (#VEL_PTP,10)\nBAS (#ACC_PTP,100)\nPTP XSTART"),
     "comment": ("END\n", "END ; 17 more\n"),
+    "count left early": (PATH, "DECL INT I\nFOR I=1 TO 3\nIF I==1 THEN\nEXIT\nENDIF\nWAIT SEC 9\nENDFOR\n" + PATH),
+    "function": (SPEED, "$VEL.CP=ABS(-0.00165)*COS(60)*SQRT(1)\n"),
+    "spline block with": (PATH, "SPLINE WITH $VEL.CP=0.000825\nSPL XP1\nENDSPLINE\n"),
 }
 
 
@@ -159,6 +171,7 @@ OTHER = {  # what takes effect: the duration (s) it comes to, or None where only
         PATH.replace("LIN", "FAST()\nLIN") + "END\nDEF FAST()\n$VEL.CP=0.00165\n",
         SECONDS / 2.0,
     ),
+    "with holds once": (PATH, SPEED + "SLIN {X 80} C_DIS WITH $VEL.CP=0.00165\nLIN XP1\n", SECONDS - 40.0 / 0.825),
     "wait": (PATH, "WAIT SEC 2.0\n" + PATH, SECONDS + 2.0),
     "wait in a loop": (PATH, "DECL INT I\nFOR I=10 TO 1 STEP -3\nWAIT SEC 0.5\nENDFOR\n" + PATH, SECONDS + 2.0),
     "override": ("$OV_PRO=100\n", "$OV_PRO=25\n", 4.0 * SECONDS),
@@ -222,6 +235,21 @@ def test_one_motion_out_of_many_may_not_be_faster():
     assert not back.acceptable
 
 
+def test_an_arm_that_stops_where_the_plan_passes_is_noticed():
+    src, dat = written("arcs")
+    back = found(src.replace("CIRC XV1, XP1 C_DIS", "CIRC XV1, XP1"), dat, "arcs")
+    assert back.timing < 1e-3
+    assert any("the point is not rounded" in line for line in back.differences)
+
+
+@pytest.mark.parametrize("percent", [1, 99])
+def test_an_override_that_no_motion_needs_is_noticed(percent):
+    """A magnet that is held still needs none, but the programme is another."""
+    back = changed("$OV_PRO=100", f"$OV_PRO={percent}", "hold")
+    assert back.timing < 1e-3
+    assert any(f"$OV_PRO is {percent}; the plan has 100" in line for line in back.differences)
+
+
 def test_outputs_are_switched_as_planned():
     assert found(*written("output"), "output").acceptable
     for old, new in (("$OUT[3]=TRUE", "$OUT[4]=TRUE"), ("$OUT[3]=TRUE", "$OUT[3]=FALSE"), ("$OUT[3]=FALSE", "")):
@@ -275,6 +303,8 @@ REFUSED = {
     "BAS": (PATH, "BAS (#GROUP,1)\n" + PATH, r"line 33: BAS \(#GROUP\)"),
     "not asked for": (PATH, "$VEL.CP=$ACC.ORI1\n" + PATH, r"\$ACC.ORI1 is not set by the programme"),
     "position of the arm": (PATH, "XP1=$POS_ACT\n" + PATH, r"\$POS_ACT is not set by the programme"),
+    "no such function": (SPEED, "$VEL.CP=RND(1)\n", "line 33: RND with 1 values is not a function"),
+    "root of less than nothing": (SPEED, "$VEL.CP=SQRT(-1)\n", "line 33: SQRT is not defined at -1"),
     "division": (SPEED, "$VEL.CP=1/0\n", "line 33: expected no division by zero"),
     "text": (SPEED, '$VEL.CP="fast"\n', r"line 33: \$VEL.CP must be a number"),
     "type": (PATH, "DECL INT I\nI=1.5\n" + PATH, "line 34: I must be a value of type INT"),

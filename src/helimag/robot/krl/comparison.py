@@ -66,8 +66,7 @@ def deviation(plan: Plan, playback: Playback) -> Deviation:
     sign = -1.0 if plan.reversed_axis else 1.0
     pose = playback.tool(plan.cell)
     position, axis = pose[:, :3, 3], sign * pose[:, :3, 0]  # of the magnet
-    late, rate = _lateness(plan, times, position, axis)
-    late = np.where(unwinding, 0.0, late)
+    late = np.where(unwinding, 0.0, _lateness(plan, times, position, axis))
     planned = plan.path.at(_inside(plan, times - late))
     away = np.linalg.norm(position - planned.position, axis=1)
     wanted = tool_frames(planned, plan.roll, plan.reversed_axis)[:, :3, :3]
@@ -76,7 +75,7 @@ def deviation(plan: Plan, playback: Playback) -> Deviation:
     late_at_end = playback.duration - plan.duration
     timing = max(float(np.abs(late).max()), abs(late_at_end)) / plan.duration
     differences = (
-        *_paces(plan, playback, late, rate),
+        *_paces(plan, playback, late),
         *_settings(plan, playback),
         *_joints(plan, playback),
         *_switches(plan, playback),
@@ -85,13 +84,9 @@ def deviation(plan: Plan, playback: Playback) -> Deviation:
     return Deviation(float(away.max()), off_axis, timing, playback.duration, tuple(dict.fromkeys(differences)))
 
 
-def _lateness(plan: Plan, times: Floats, position: Floats, axis: Floats) -> tuple[Floats, Floats]:
-    """How much later (s) than planned the magnet is where it is, and the rate (m/s) of what tells the time.
-
-    Gauss-Newton on position and ``ARM`` times axis.
-    """
+def _lateness(plan: Plan, times: Floats, position: Floats, axis: Floats) -> Floats:
+    """How much later (s) than planned the magnet is where it is: Gauss-Newton on position and ``ARM`` times axis."""
     late = np.zeros_like(times)
-    square = np.zeros_like(times)
     for _ in range(2):
         now = times - late
         before, here, after = (plan.path.at(_inside(plan, now + shift)) for shift in (-STEP, 0.0, STEP))
@@ -100,7 +95,7 @@ def _lateness(plan: Plan, times: Floats, position: Floats, axis: Floats) -> tupl
         ahead = np.concatenate([position - here.position, ARM * (axis - here.axis)], axis=1)
         square = np.einsum("ni,ni->n", rate, rate)
         late -= np.where(square > 0.0, np.einsum("ni,ni->n", ahead, rate) / np.where(square > 0.0, square, 1.0), 0.0)
-    return late, np.sqrt(square)
+    return late
 
 
 def _inside(plan: Plan, times: Floats) -> Floats:
@@ -123,34 +118,46 @@ def path_time(plan: Plan, times: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     return path_times, unwinding
 
 
-def _paces(plan: Plan, playback: Playback, late: Floats, rate: Floats) -> Iterator[str]:
+def _paces(plan: Plan, playback: Playback, late: Floats) -> Iterator[str]:
     """Motions that are faster or slower than planned, though the programme as a whole is in time.
 
-    A programme with as many motions as the plan is held to the plan's times one by one; another, which may cut the same
-    path into other pieces, to losing or gaining no time in a motion.
+    A programme with as many motions as the plan is held to the plan's times and stops one by one; another, which may
+    cut the same path into other pieces, to losing or gaining no time in a motion. Motions as short as the rounding of
+    single precision cannot be timed.
     """
     legs = [leg for leg in playback.legs if leg.order in _ON_PATH]
-    times = _planned_times(plan)
+    planned = _planned_motions(plan)
+    one_by_one = len(legs) == len(planned)
     for i, leg in enumerate(legs):
         took = float(playback.time[leg.last] - playback.time[leg.first])
-        known = max(float(min(rate[leg.first], rate[leg.last])), 1e-12)
-        if len(legs) == len(times):
-            off = abs(took - times[i])
-        else:
-            off = abs(float(late[leg.last] - late[leg.first])) if leg.length > ROUNDING else 0.0
-        if off > PACE * took + POSITION / known:
+        wanted, rounded, on_spot = planned[i] if one_by_one else (took, leg.rounded, False)
+        off = abs(took - wanted)
+        if not one_by_one and leg.length > POSITION:
+            off = abs(float(late[leg.last] - late[leg.first]))
+        extent = max(ARM * _turned(playback, leg) if on_spot else leg.length, ROUNDING)
+        if off > max(took, wanted) * (PACE + POSITION / extent):
             yield f"line {leg.line}: the motion takes {took:.6g} s, {off:.3g} s off the plan"
+        if leg.rounded is not rounded and i < len(legs) - 1:
+            yield f"line {leg.line}: the point is {'' if leg.rounded else 'not '}rounded, unlike the plan's"
 
 
-def _planned_times(plan: Plan) -> list[float]:
-    """How long (s) each motion along the path takes as it is written: to the start, and back to it after unwinding."""
-    times = [0.0]
+def _turned(playback: Playback, leg: Leg) -> float:
+    """The chord (rad, for small angles) by which the flange turns in a motion."""
+    return float(np.abs(playback.flange[leg.last, :3, :3] - playback.flange[leg.first, :3, :3]).max())
+
+
+def _planned_motions(plan: Plan) -> list[tuple[float, bool, bool]]:
+    """How long (s) each motion along the path takes as it is written, whether it is rounded, whether it only turns.
+
+    To the path's own come those to the start, and back to the path after unwinding.
+    """
+    motions = [(0.0, False, False)]
     for order in instructions(plan):
         if order.order is Order.JOINTS:
-            times.append(0.0)
+            motions.append((0.0, False, False))
         elif order.order is not Order.WAIT:
-            times.append(order.end - order.begin)
-    return times
+            motions.append((order.end - order.begin, order.rounded, order.order is Order.TURN))
+    return motions
 
 
 def _settings(plan: Plan, playback: Playback) -> Iterator[str]:
@@ -163,7 +170,7 @@ def _settings(plan: Plan, playback: Playback) -> Iterator[str]:
         if leg.order != "ptp":
             percents.add(float(APPROACH))
         allowed |= {f"$VEL_AXIS[{axis}]": set(percents) for axis in range(1, 7)}
-        if leg.length <= ROUNDING:  # longer ones tell by their timing
+        if leg.length <= POSITION:  # longer ones tell by their timing
             approach = _value(number(APPROACH_SPEED, 10))
             allowed["$VEL.CP"] = {approach} if i == 1 else {approach, *speeds}
         yield from _unlike(leg, allowed)

@@ -232,13 +232,11 @@ class Executor:
         inner = block.arms[0][1]
         if len(inner) != 1 or isinstance(inner[0], Block) or inner[0].kind not in {"spl", "lin", "circ"}:
             raise InputError("the course of a spline block of more than one motion is not followed")
-        if block.head.parts:
-            raise InputError("settings after SPLINE WITH are not followed; set them before the block")
         line, end = inner[0], block.arms[1][0]
         if any(isinstance(part, str) for part in line.parts):
             raise line.refused("a point inside a spline block is not rounded by itself")
         self._count(line)
-        self._move(line, line.kind, [*line.parts, *end.parts])
+        self._move(line, line.kind, [*block.head.parts, *line.parts, *end.parts])
         return _Flow.NEXT
 
     def _value(self, tree: Any) -> Value:

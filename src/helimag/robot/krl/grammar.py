@@ -76,6 +76,7 @@ point: expression
     | STRING -> string
     | aggregate
     | reference
+    | NAME "(" expression ("," expression)* ")" -> function_of
     | "(" expression ")"
 aggregate: "{" (NAME ":")? component ("," component)* "}"
 component: NAME ("[" "]")? expression

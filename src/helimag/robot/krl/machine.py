@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 FEWEST = 5  # poses in a motion
 MOST = 200_000  # poses of a programme
-ROUNDING = 1e-6  # m; a shorter way is the rounding of a turn on the spot
+ROUNDING = 2e-7  # m; a shorter way is the rounding of a turn on the spot, in single precision a metre away
 VIA = 1e-5  # rad; between an auxiliary point's attitude and the arc's
 SAME_ANGLE = 1e-6  # rad; a smaller turn is rounding
 LONGEST = 1e6  # s; of one motion or pause
@@ -37,7 +37,8 @@ _MORE_AXES = tuple(f"E{i}" for i in range(1, 7))
 class Leg:
     """One motion as it was carried out: its line, its length (m), what was set, and the joints (6,) at its end.
 
-    ``first`` and ``last`` are the samples at its two ends. The end of the programme is a leg too, of order ``end``.
+    ``first`` and ``last`` are the samples at its two ends; ``rounded`` says that the arm passes its end without a stop.
+    The end of the programme is a leg too, of order ``end``.
     """
 
     line: int
@@ -48,6 +49,7 @@ class Leg:
     joints: Floats
     first: int
     last: int
+    rounded: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,19 +89,19 @@ class Machine:
             if roundings:
                 raise InputError("rounding of a PTP is not followed")
             self.stop()
-            length = 0.0
+            length, rounded = 0.0, False
             self._to_joints(self._joint_target(points[0], relative=order == "ptp_rel"))
         else:
             rounded = self._rounded(roundings)
             length = self._along_path(order, points)
             if not rounded:
                 self.stop()
-        self._record(line, order, length, first)
+        self._record(line, order, length, first, rounded)
 
-    def _record(self, line: int, order: str, length: float, first: int) -> None:
+    def _record(self, line: int, order: str, length: float, first: int, rounded: bool) -> None:
         if self.joints is not None:
             kept, last = dict(self.settings.values), len(self.times) - 1
-            self.legs.append(Leg(line, order, length, kept, self.settings.override, self.joints, first, last))
+            self.legs.append(Leg(line, order, length, kept, self.settings.override, self.joints, first, last, rounded))
 
     def wait(self, seconds: float) -> None:
         """Stand still."""
@@ -119,7 +121,7 @@ class Machine:
     def end(self) -> None:
         """The programme is over."""
         self.stop()
-        self._record(0, "end", 0.0, len(self.times) - 1)
+        self._record(0, "end", 0.0, len(self.times) - 1, False)
 
     def stop(self) -> None:
         """The arm comes to a stand."""

@@ -190,6 +190,8 @@ def evaluate(tree: Any, read: Callable[[Reference], Value]) -> Value:
             return read(reference_of(tree, read))
         case "aggregate":
             return _aggregate(tree, read)
+        case "function_of":
+            return _function(str(tree.children[0]), [_numeric(evaluate(child, read)) for child in tree.children[1:]])
         case "sign":
             value: int | float = _numeric(evaluate(tree.children[1], read))
             return -value if tree.children[0] == "-" else value
@@ -225,6 +227,28 @@ def _aggregate(tree: "lark.Tree", read: Callable[[Reference], Value]) -> Aggrega
             raise InputError(f"component {name} is given twice")
         result[name] = evaluate(component.children[1], read)
     return result
+
+
+# the language's own functions; angles in degrees
+_FUNCTIONS: dict[str, tuple[int, Callable[..., Any]]] = {
+    "ABS": (1, abs),
+    "SQRT": (1, math.sqrt),
+    "SIN": (1, lambda angle: math.sin(math.radians(angle))),
+    "COS": (1, lambda angle: math.cos(math.radians(angle))),
+    "TAN": (1, lambda angle: math.tan(math.radians(angle))),
+    "ACOS": (1, lambda cosine: math.degrees(math.acos(cosine))),
+    "ATAN2": (2, lambda y, x: math.degrees(math.atan2(y, x))),
+}
+
+
+def _function(name: str, arguments: list[Any]) -> Value:
+    count, function = _FUNCTIONS.get(name, (-1, abs))
+    if count != len(arguments):
+        raise InputError(f"{name} with {len(arguments)} values is not a function that helimag follows")
+    try:
+        return _sane(function(*arguments))  # type: ignore[no-any-return]
+    except ValueError:
+        raise InputError(f"{name} is not defined at {', '.join(f'{value:g}' for value in arguments)}") from None
 
 
 def _numeric(value: Value) -> Any:
