@@ -71,7 +71,7 @@ def test_interactive_pages_hold_every_run_and_need_nothing_from_elsewhere(tmp_pa
     save_html(figure, tmp_path / "s.html")
     text = (tmp_path / "s.html").read_text(encoding="utf-8")
     assert not re.search(r"<(script|link)[^>]+(src|href)=", text)
-    assert "drifting" in text
+    assert "undecided" in text
     curves = interactive_sweep(made(tmp_path / "2", FREQUENCY, PITCH))
     assert sum(len(trace.x) for trace in curves.data if trace.mode == "markers") == 10
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+import zarr
 
 import helimag
 from helimag import FileError, InputError, load
@@ -134,6 +135,8 @@ def test_reasons_say_what_the_judgement_says(tmp_path):
         Reason.SWINGS_EVER_MORE: "swings ever more",
         Reason.PULLED_INTO_MAGNET: "pulled into the magnet",
         Reason.FELL_BEHIND: "fell behind",
+        Reason.MOVES_ON: "not less and less",
+        Reason.SWINGS_ON: "do not die out",
     }
     seen = set()
     runs = helimag.simulate_many(
@@ -147,15 +150,15 @@ def test_reasons_say_what_the_judgement_says(tmp_path):
 
 
 def test_too_few_samples_are_stored_as_such(tmp_path):
-    """600 s with a sample a minute: the sentence said so, but the store said that it swings ever more."""
-    text = 'trajectory = "60 s"\n' + PLAN.replace('"60 s"', '"600 s"').partition("[[axis]]")[0]
+    """1200 s with a sample each two minutes: the sentence said so, but the store said that it swings ever more."""
+    text = 'trajectory = "120 s"\n' + PLAN.replace('"60 s"', '"1200 s"').partition("[[axis]]")[0]
     text += '[[axis]]\nfield = "drive.pitch"\nvalues = ["12 deg", "12.7 deg"]\n'
     dataset = helimag.sweep(parse_plan(text), out=tmp_path / "s.zarr")
     assert dataset.sizes["time"] == 11
-    assert dataset["end_time"].values.tolist() == [600.0, 600.0]
+    assert dataset["end_time"].values.tolist() == [1200.0, 1200.0]
     words = dataset["reason"].attrs["flag_meanings"].split()
     assert [words[flag] for flag in dataset["reason"].values] == ["too-few-samples"] * 2
-    assert np.all(dataset["verdict"] == Verdict.DRIFTING)
+    assert np.all(dataset["verdict"] == Verdict.UNDECIDED)
 
 
 def test_stores_of_before_mean_what_they_meant(done, tmp_path):
@@ -168,6 +171,8 @@ def test_stores_of_before_mean_what_they_meant(done, tmp_path):
     form = json.loads((old / "reason" / "zarr.json").read_text(encoding="utf-8"))
     form["attributes"] |= {"flag_values": list(range(12)), "flag_meanings": words}
     written(old / "reason" / "zarr.json", json.dumps(form))
+    reasons = zarr.open_array(old / "reason", mode="r+")
+    reasons[:] = np.arange(reasons.size).reshape(reasons.shape) % 12
     dataset = load_sweep(old)
     assert dataset["reason"].attrs["flag_meanings"] == words
     flags = dataset["reason"].values.ravel()
@@ -202,7 +207,7 @@ def test_export_to_netcdf_and_csv(done, tmp_path):
     assert len(rows) == 62
     row = next(row for row in rows if row["frequency (Hz)"] == "3.0" and row["distance (m)"] == "0.16")
     assert float(row["gain (1)"]) == float(dataset.gain.sel(frequency=3.0, distance=0.16))
-    assert row["verdict"] == "drifting"
+    assert row["verdict"] == "undecided"
     assert re.fullmatch("[0-9a-f]{64}", row["scenario_hash"])
     with pytest.raises(InputError, match=r"ending in .nc or .csv"):
         export(dataset, tmp_path / "s.xls")
