@@ -1,10 +1,14 @@
 """What all tests share: a command line to run, and independence of what this machine has compiled before."""
 
+import signal
 from collections.abc import Callable, Iterator
 
 import pytest
 
 import command_line
+
+# a shell starts what it runs in the background deaf to Ctrl-C, and so would be the programmes that tests interrupt
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(autouse=True, scope="session")

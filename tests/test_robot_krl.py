@@ -89,7 +89,7 @@ drives = st.fixed_dictionaries(
 @settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(changes=drives, spline=st.booleans())
 def test_round_trip_of_random_scenarios(changes, spline):
-    """Plan, text, parser, poses: 1 um, 1e-6 rad, 0.1 %. A drive too slow to be programmed is refused by name."""
+    """ArmPlan, text, parser, poses: 1 um, 1e-6 rad, 0.1 %. A drive too slow to be programmed is refused by name."""
     scenario = load("paper/table1-row1").replaced({"workspace": {}, **changes})
     found = plan(scenario, CELL)
     if not found.feasible:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from helimag.robot import Deviation, Plan, Playback
+    from helimag.robot import ArmPlan, Deviation, Playback
     from helimag.runs import Judgement
     from helimag.runs.trajectory import Trajectory
 
@@ -27,7 +27,7 @@ def judged(run: "Trajectory") -> dict[str, Any]:
     }
 
 
-def deviation_data(found: "Deviation", plan: "Plan", playback: "Playback") -> dict[str, Any]:
+def deviation_data(found: "Deviation", plan: "ArmPlan", playback: "Playback") -> dict[str, Any]:
     """A programme's deviations from its plan as plain data."""
     return {
         "position_m": found.position,
@@ -41,7 +41,7 @@ def deviation_data(found: "Deviation", plan: "Plan", playback: "Playback") -> di
     }
 
 
-def print_deviation(found: "Deviation", plan: "Plan", playback: "Playback", source: Path) -> None:
+def print_deviation(found: "Deviation", plan: "ArmPlan", playback: "Playback", source: Path) -> None:
     """A programme's deviations from its plan in words."""
     print(f"{source} against the plan of {plan.scenario.name}")
     print(f"  position  within {1e6 * found.position:.3f} um")

@@ -18,7 +18,7 @@ from helimag.cli._shared import Changes, Json, ScenarioName, print_json, progres
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.robot import Plan
+    from helimag.robot import ArmPlan
     from helimag.runs.trajectory import Trajectory
     from helimag.scenario import Scenario
 
@@ -222,7 +222,7 @@ def _cell(path: Path | None) -> Any:
     return load_cell(path)
 
 
-def _plan(scenario: "Scenario", cell: Path | None, unwind: bool) -> "Plan":
+def _plan(scenario: "Scenario", cell: Path | None, unwind: bool) -> "ArmPlan":
     from helimag import robot
 
     return robot.plan(scenario, _cell(cell), unwind=unwind)
@@ -244,7 +244,7 @@ def _log(path: Path, scenario: "Scenario", cell: Path | None) -> Any:
     return robot.read_log(path, chosen)
 
 
-def _draw(plan: "Plan", target: Path) -> None:
+def _draw(plan: "ArmPlan", target: Path) -> None:
     from helimag import plots
 
     for path in plots.save_plan(plan, target):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from helimag.plots._save import save
 from helimag.plots._style import BLUE, FULL_WIDTH, GREY, ORANGE, PALE, SKY, VERMILLION, styled
-from helimag.robot import Plan, capsules, joint_rates, timed_table
+from helimag.robot import ArmPlan, capsules, joint_rates, timed_table
 
 Floats = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ PARTS = {
 CLOSE = 0.16  # m; half the width of the view around the magnet
 
 
-def save_plan(plan: Plan, path: str | Path) -> list[Path]:
+def save_plan(plan: ArmPlan, path: str | Path) -> list[Path]:
     """Write both figures: joints to ``path``, the cell beside it with ``-cell`` in its name. Returns the paths.
 
     Raises
@@ -45,7 +45,7 @@ def save_plan(plan: Plan, path: str | Path) -> list[Path]:
     return [joints, cell]
 
 
-def draw_joints(plan: Plan) -> Figure:
+def draw_joints(plan: ArmPlan) -> Figure:
     """Angle and speed of each joint over programme time, with what the cell allows; the first offence is marked."""
     table = timed_table(plan)
     low, high = np.degrees(plan.cell.arm.limits)
@@ -97,7 +97,7 @@ def _draw_speed(axes: Any, time: Floats, speed: Floats, allowed: float) -> None:
     axes.margins(x=0.0)
 
 
-def draw_cell(plan: Plan) -> Figure:
+def draw_cell(plan: ArmPlan) -> Figure:
     """Arm, motor, magnet, boxes and path: the whole cell, and the surroundings of the magnet. Lab frame, mm."""
     with styled():
         figure = Figure(figsize=(FULL_WIDTH, 0.5 * FULL_WIDTH))

@@ -2,11 +2,11 @@
 
 from helimag.robot.arm import (
     Arm,
+    ArmPlan,
     Capsules,
     Cell,
     MagnetPath,
     Offence,
-    Plan,
     Solutions,
     capsules,
     forward,
@@ -28,6 +28,7 @@ from helimag.robot.timed import timed_table
 
 __all__ = [
     "Arm",
+    "ArmPlan",
     "Capsules",
     "Cell",
     "Deviation",
@@ -35,7 +36,6 @@ __all__ = [
     "Log",
     "MagnetPath",
     "Offence",
-    "Plan",
     "Playback",
     "Solutions",
     "as_programmed",

@@ -10,7 +10,7 @@ from pathlib import Path
 from helimag.errors import FileError, InputError
 from helimag.files import replacing
 from helimag.robot.arm.cell import Cell
-from helimag.robot.arm.planning import Plan
+from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.krl.comparison import Deviation, deviation
 from helimag.robot.krl.interpreter import play
 from helimag.robot.krl.writer import checked_name, name_for, write_krl
@@ -22,7 +22,7 @@ from helimag.runs.trajectory import Trajectory
 
 
 def write_programme(
-    plan: Plan,
+    plan: ArmPlan,
     folder: str | Path,
     *,
     run: Trajectory | None = None,
@@ -58,7 +58,7 @@ def write_programme(
 
 
 def programme_texts(
-    plan: Plan,
+    plan: ArmPlan,
     *,
     run: Trajectory | None = None,
     name: str | None = None,
@@ -85,7 +85,7 @@ def programme_texts(
     return {f"{name}.src": src, f"{name}.dat": dat, **_other_texts(plan, name, header)}
 
 
-def _other_texts(plan: Plan, name: str, header: list[str]) -> dict[str, str]:
+def _other_texts(plan: ArmPlan, name: str, header: list[str]) -> dict[str, str]:
     """RoboDK script, timed path and motor's set-points, by file name."""
     columns = {key: values.tolist() for key, values in timed_table(plan).columns().items()}
     path = {"header": header, "report": report(plan), "frame": "lab", "columns": columns}
@@ -97,7 +97,7 @@ def _other_texts(plan: Plan, name: str, header: list[str]) -> dict[str, str]:
     }
 
 
-def feasible_or_refused(plan: Plan) -> None:
+def feasible_or_refused(plan: ArmPlan) -> None:
     """Raise InputError where the arm cannot run a plan, saying when, which joint and what value, and what to do."""
     if plan.offence is not None:
         raise InputError(f"the arm cannot run '{plan.scenario.name}': {plan.offence}; {'; or '.join(remedies(plan))}")
@@ -108,7 +108,7 @@ def cell_hash(cell: Cell) -> str:
     return hashlib.sha256(json.dumps(cell.model_dump(mode="python"), sort_keys=True).encode()).hexdigest()
 
 
-def _header(plan: Plan, judged: Gate) -> list[str]:
+def _header(plan: ArmPlan, judged: Gate) -> list[str]:
     laps = f", {plan.laps:.2f} laps" if plan.laps else ""
     rate = motor_rows(plan)[0]
     return [
@@ -135,7 +135,7 @@ def _shown(found: Deviation) -> str:
     )
 
 
-def _marks(plan: Plan) -> dict[str, str]:
+def _marks(plan: ArmPlan) -> dict[str, str]:
     return {
         "frame": "lab",
         "pose": "tool",

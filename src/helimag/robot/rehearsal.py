@@ -8,7 +8,7 @@ import numpy as np
 from helimag.errors import InputError
 from helimag.orbits import Outlook, explain
 from helimag.outcomes import End, Verdict
-from helimag.robot.arm.planning import Plan
+from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.logs import log_of, replayed
 from helimag.robot.timed import timed_table
 from helimag.runs.trajectory import Trajectory
@@ -17,7 +17,7 @@ from helimag.scenario import Scenario, parse
 WHOLE = 1.0 - 1e-9  # of the programme's duration: what counts as all of it
 
 
-def as_programmed(plan: Plan) -> Scenario:
+def as_programmed(plan: ArmPlan) -> Scenario:
     """The scenario as its programme runs it: with the unwindings, where there are any."""
     if not plan.unwindings:
         return plan.scenario
@@ -25,7 +25,7 @@ def as_programmed(plan: Plan) -> Scenario:
     return replayed(lasting, log_of(timed_table(plan), plan.reversed_axis), "the programme's own path")
 
 
-def rehearse(plan: Plan, *, progress: Callable[[float], None] | None = None) -> Trajectory:
+def rehearse(plan: ArmPlan, *, progress: Callable[[float], None] | None = None) -> Trajectory:
     """Simulate what the programme of a plan does, unwindings included, from its start to its end.
 
     Parameters
@@ -45,7 +45,7 @@ def rehearse(plan: Plan, *, progress: Callable[[float], None] | None = None) -> 
     return simulate(as_programmed(plan), progress=progress)
 
 
-def checked_run(plan: Plan, run: Trajectory) -> Trajectory:
+def checked_run(plan: ArmPlan, run: Trajectory) -> Trajectory:
     """The run, if it is the simulation of this plan's programme: its path, its start, and all of its time.
 
     Raises
@@ -103,7 +103,7 @@ class Gate:
         return f"the run is bounded, but does not stay ({self.outlook.future}: {self.outlook.text})"
 
 
-def gate(plan: Plan, run: Trajectory) -> Gate:
+def gate(plan: ArmPlan, run: Trajectory) -> Gate:
     """Judge the run of a programme, and where it is bounded, follow the scenario's own run after its horizon.
 
     Unwindings end with the programme, so what is continued is then the run without them.
@@ -120,7 +120,7 @@ def gate(plan: Plan, run: Trajectory) -> Gate:
     return Gate(run, explain(simulate(plan.scenario) if plan.unwindings else run))
 
 
-def shown(plan: Plan, gate: Gate) -> list[str]:
+def shown(plan: ArmPlan, gate: Gate) -> list[str]:
     """What was simulated, for how long, and what came of it: lines for the head of a programme."""
     path = f"with its {len(plan.unwindings)} unwindings" if plan.unwindings else "without unwindings"
     judgement = gate.run.judgement

@@ -7,10 +7,10 @@ import numpy as np
 
 from helimag.robot.arm.checks import Offence
 from helimag.robot.arm.collision import capsules, clearances
-from helimag.robot.arm.planning import Plan, plan
+from helimag.robot.arm.planning import ArmPlan, plan
 
 
-def margins(plan: Plan) -> dict[str, Any]:
+def margins(plan: ArmPlan) -> dict[str, Any]:
     """Least distances (degrees, mm) of a plan from joint limits, singularities and obstacles, up to its offence."""
     until = plan.times.size if plan.offence is None else max(1, int(np.searchsorted(plan.times, plan.offence.time)))
     joints, times = plan.joints[:until], plan.times[:until]
@@ -38,7 +38,7 @@ def margins(plan: Plan) -> dict[str, Any]:
     }
 
 
-def remedies(plan: Plan) -> list[str]:
+def remedies(plan: ArmPlan) -> list[str]:
     """What can be done about a plan that is not feasible."""
     offence = plan.offence
     if offence is None:
@@ -66,7 +66,7 @@ def remedies(plan: Plan) -> list[str]:
     }[offence.kind]
 
 
-def with_unwinding(tried: Plan) -> dict[str, Any] | None:
+def with_unwinding(tried: ArmPlan) -> dict[str, Any] | None:
     """What letting axis 6 turn back would make of a plan that stops at its limit; None where it stops elsewhere."""
     if tried.offence is None or tried.offence.joint != "A6" or tried.unwindings:
         return None
@@ -74,7 +74,7 @@ def with_unwinding(tried: Plan) -> dict[str, Any] | None:
     return {"feasible": other.feasible, "unwindings": len(other.unwindings), "duration_s": other.duration}
 
 
-def report(plan: Plan) -> dict[str, Any]:
+def report(plan: ArmPlan) -> dict[str, Any]:
     """The feasibility report as plain data."""
     return {
         "scenario": plan.scenario.name,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from helimag.robot.arm.planning import Plan
+from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.krl.instructions import Instruction, Order, instructions
 from helimag.robot.krl.writer import checked_name, comment, frame_pose, number
 
@@ -47,7 +47,7 @@ for step in PROGRAMME["steps"]:
 '''
 
 
-def write_robodk(plan: Plan, name: str, header: Sequence[str] = ()) -> str:
+def write_robodk(plan: ArmPlan, name: str, header: Sequence[str] = ()) -> str:
     """The text of a RoboDK script of the same instructions.
 
     RoboDK has no speed for a turn on the spot: that gets a joint speed.
@@ -72,7 +72,7 @@ def write_robodk(plan: Plan, name: str, header: Sequence[str] = ()) -> str:
     return _SCRIPT.format(comments=comments, data=json.dumps(data, indent=1, allow_nan=False))
 
 
-def _step(plan: Plan, order: Instruction) -> dict[str, object]:
+def _step(plan: ArmPlan, order: Instruction) -> dict[str, object]:
     match order.order:
         case Order.WAIT:
             return {"order": "wait", "seconds": order.end - order.begin}

@@ -10,7 +10,7 @@ from helimag.robot.arm.collision import tool_frames_in_base
 from helimag.robot.arm.frames import angles, inverse
 from helimag.robot.arm.kinematics import inverse_kinematics, principal
 from helimag.robot.arm.path import motor_angle, tool_frames
-from helimag.robot.arm.planning import Plan, Unwinding
+from helimag.robot.arm.planning import ArmPlan, Unwinding
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class Table:
         }
 
 
-def timed_table(plan: Plan) -> Table:
+def timed_table(plan: ArmPlan) -> Table:
     """The checked poses of a plan over programme time, with rows inside every unwinding; the motor turns on."""
     to_lab = inverse(plan.cell.lab_in_base)
     path_times, joints = _with_rows_about_stops(plan)
@@ -65,7 +65,7 @@ def timed_table(plan: Plan) -> Table:
     return Table(time[order], tools[order], axis[order], joints[order], motor[order], unwinding[order])
 
 
-def _with_rows_about_stops(plan: Plan) -> tuple[Floats, Floats]:
+def _with_rows_about_stops(plan: ArmPlan) -> tuple[Floats, Floats]:
     """Path times and joints with rows close together about each unwinding, so that splines bend there only."""
     steps = [
         stop.duration / UNWINDING_ROWS * sign * k
@@ -85,7 +85,7 @@ def _with_rows_about_stops(plan: Plan) -> tuple[Floats, Floats]:
     return times[order], joints[order]
 
 
-def _swept(plan: Plan, stop: Unwinding) -> tuple[Floats, Floats]:
+def _swept(plan: ArmPlan, stop: Unwinding) -> tuple[Floats, Floats]:
     """Programme times and joints inside an unwinding but for its end, which is a row already."""
     at = int(np.searchsorted(plan.times, stop.time - 1e-9))
     share = np.arange(UNWINDING_ROWS) / UNWINDING_ROWS
@@ -95,7 +95,7 @@ def _swept(plan: Plan, stop: Unwinding) -> tuple[Floats, Floats]:
     return end - stop.duration * (1.0 - share), joints
 
 
-def motor_rows(plan: Plan) -> list[dict[str, float]]:
+def motor_rows(plan: ArmPlan) -> list[dict[str, float]]:
     """Set-points of the motor: from each time on, its speed about the tool's x axis, and the moment's angle.
 
     The moment's angle is counted about the tool's x axis from its y axis.

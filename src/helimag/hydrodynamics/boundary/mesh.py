@@ -45,11 +45,6 @@ class Mesh:
         return farthest
 
     @property
-    def longest_edge(self) -> float:
-        """Length of the longest edge (m)."""
-        return float(np.linalg.norm(np.roll(self.corners, -1, axis=1) - self.corners, axis=2).max())
-
-    @property
     def area_vectors(self) -> Floats:
         """Outward normals with the length of the area (n, 3), m^2."""
         a, b, c = self.corners.transpose(1, 0, 2)

@@ -5,16 +5,16 @@ from helimag.robot.arm.checks import Offence, joint_rates
 from helimag.robot.arm.collision import Capsules, capsules, clearances
 from helimag.robot.arm.kinematics import Solutions, forward, inverse_kinematics, within_limits
 from helimag.robot.arm.path import MagnetPath, magnet_path
-from helimag.robot.arm.planning import Plan, Unwinding, plan
+from helimag.robot.arm.planning import ArmPlan, Unwinding, plan
 
 __all__ = [
     "Arm",
+    "ArmPlan",
     "Capsules",
     "Cell",
     "MagnetPath",
     "Obstacle",
     "Offence",
-    "Plan",
     "Solutions",
     "Unwinding",
     "capsules",

@@ -27,7 +27,7 @@ TURN = math.radians(5.0)  # longest turn between two points: controllers differ 
 STILL = 1e-4  # m; a smaller circle is programmed as turns: single precision could not time its arcs
 
 
-class Kind(StrEnum):
+class MotionKind(StrEnum):
     """How the arm takes the magnet from one point to the next."""
 
     LINE = "line"
@@ -40,7 +40,7 @@ class Kind(StrEnum):
 class Motion:
     """A piece of the path that one instruction of a robot programme makes: when it begins and ends (s)."""
 
-    kind: Kind
+    kind: MotionKind
     begin: float
     end: float
 
@@ -70,7 +70,7 @@ def _sampled_motions(drive: Drive, path: SampledPath, duration: float) -> tuple[
     return tuple(
         piece
         for begin, end in pairwise(knots.tolist())
-        for piece in pieces(Kind.LINE, end, _longest_piece(spline, begin, end), begin)
+        for piece in pieces(MotionKind.LINE, end, _longest_piece(spline, begin, end), begin)
     )
 
 
@@ -90,18 +90,18 @@ def _longest_piece(spline: "CubicSpline", begin: float, end: float) -> float:
 def _drive_motions(drive: Drive, duration: float) -> tuple[Motion, ...]:
     moving = any(drive.velocity)
     if drive.yaw_rate == 0.0:
-        return (Motion(Kind.LINE if moving else Kind.HOLD, 0.0, duration),)
+        return (Motion(MotionKind.LINE if moving else MotionKind.HOLD, 0.0, duration),)
     radius = math.hypot(*magnet_start(drive)[:2])
     rate = abs(drive.yaw_rate)
     if not moving:
         arc = radius > STILL
-        return pieces(Kind.ARC if arc else Kind.TURN, duration, (ARC if arc else TURN) / rate)
+        return pieces(MotionKind.ARC if arc else MotionKind.TURN, duration, (ARC if arc else TURN) / rate)
     bend = radius * rate**2
     longest = min(TURN / rate, math.sqrt(8.0 * CHORD / bend) if bend > 0.0 else math.inf)
-    return pieces(Kind.LINE, duration, longest)
+    return pieces(MotionKind.LINE, duration, longest)
 
 
-def pieces(kind: Kind, duration: float, longest: float, begin: float = 0.0) -> tuple[Motion, ...]:
+def pieces(kind: MotionKind, duration: float, longest: float, begin: float = 0.0) -> tuple[Motion, ...]:
     """Pieces from ``begin`` to ``duration``, of equal length but for the last, which may be shorter."""
     count = max(1, math.ceil((duration - begin) / longest * (1.0 - 1e-9)))
     ends = [min(begin + longest * (i + 1), duration) for i in range(count)]

@@ -48,7 +48,7 @@ class Alternative:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ArmPlan:
     """How the arm takes the magnet along a scenario's path.
 
     ``times`` (n,) in s and ``joints`` (n, 6) in rad are the checked poses; the tool is turned by ``roll`` about the
@@ -113,7 +113,7 @@ class _Candidate:
         return until, min(self.margin, AMPLE), -abs(self.roll) - self.reversed_axis
 
 
-def plan(scenario: Scenario, cell: Cell, *, unwind: bool = False) -> Plan:
+def plan(scenario: Scenario, cell: Cell, *, unwind: bool = False) -> ArmPlan:
     """Find joint angles along the magnet's path.
 
     All eight branches are tried with the motor either way round and with 24 angles about its axis (the arm's turn
@@ -135,7 +135,7 @@ def plan(scenario: Scenario, cell: Cell, *, unwind: bool = False) -> Plan:
         if tried[-1].offence == candidate.offence:
             break
     best = max(tried, key=lambda candidate: candidate.merit)
-    found = Plan(
+    found = ArmPlan(
         scenario,
         cell,
         path,
@@ -165,7 +165,7 @@ def _alternatives(candidates: list[_Candidate], best: _Candidate, duration: floa
     return tuple(found)
 
 
-def unwound(plan: Plan, reach: float) -> Plan:
+def unwound(plan: ArmPlan, reach: float) -> ArmPlan:
     """The plan with stops between its motions in which axis 6 turns back whole turns, as often as its limits demand.
 
     Raises
@@ -201,7 +201,7 @@ def unwound(plan: Plan, reach: float) -> Plan:
     return replace(plan, offence=_earliest(plan.offence, first_collision(cell, plan.times, plan.joints, reach)))
 
 
-def _unwinding_collision(plan: Plan, at: int, turns: int, reach: float) -> Offence | None:
+def _unwinding_collision(plan: ArmPlan, at: int, turns: int, reach: float) -> Offence | None:
     """A collision while axis 6 turns back at this sample."""
     steps = np.linspace(0.0, -turns * TURN, 73 * abs(turns))
     swept = np.repeat(plan.joints[at : at + 1], steps.size, axis=0)

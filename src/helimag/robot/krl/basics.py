@@ -2,12 +2,12 @@
 
 from helimag.errors import InputError
 from helimag.robot.krl.settings import Settings
-from helimag.robot.krl.values import Reference, Store, Value, Word
+from helimag.robot.krl.values import Reference, Value, Variables, Word
 
 _FRAMES = {"#TOOL": ("$TOOL", "TOOL_DATA"), "#BASE": ("$BASE", "BASE_DATA")}
 
 
-def bas(arguments: list[Value], settings: Settings, store: Store) -> None:
+def bas(arguments: list[Value], settings: Settings, store: Variables) -> None:
     """Carry out BAS (#COMMAND, value).
 
     Raises
@@ -54,7 +54,7 @@ def _all_axes(name: str, value: Value, settings: Settings) -> None:
         settings.write(Reference(name, i), value)
 
 
-def _numbered(command: str, number: Value, settings: Settings, store: Store) -> None:
+def _numbered(command: str, number: Value, settings: Settings, store: Variables) -> None:
     """$TOOL or $BASE from the numbered frames; number 0 is the null frame."""
     target, table = _FRAMES[command]
     if isinstance(number, (bool, str, dict)) or number != int(number) or not 0 <= number < 1000:
@@ -65,21 +65,21 @@ def _numbered(command: str, number: Value, settings: Settings, store: Store) -> 
         settings.write(Reference(target), store.read(Reference(table, int(number))))
 
 
-def _frames(settings: Settings, store: Store) -> None:
+def _frames(settings: Settings, store: Variables) -> None:
     """What FDAT_ACT says: tool, base, and in which of them the path is made."""
     for command, part in (("#TOOL", "TOOL_NO"), ("#BASE", "BASE_NO")):
         _numbered(command, store.read(Reference("FDAT_ACT", None, (part,))), settings, store)
     settings.write(Reference("$IPO_MODE"), store.read(Reference("FDAT_ACT", None, ("IPO_FRAME",))))
 
 
-def _path_data(settings: Settings, store: Store) -> None:
+def _path_data(settings: Settings, store: Variables) -> None:
     """What LDAT_ACT says. All but the rounding is a share of the controller's own data, so it is not known after it."""
     settings.write(Reference("$APO", None, ("CDIS",)), store.read(Reference("LDAT_ACT", None, ("APO_DIST",))))
     for name in ("$ACC.CP", "$APO.CORI", "$VEL.ORI1", "$VEL.ORI2"):
         settings.values.pop(name, None)
 
 
-def _joint_data(settings: Settings, store: Store) -> None:
+def _joint_data(settings: Settings, store: Variables) -> None:
     """What PDAT_ACT says."""
     _all_axes("$ACC_AXIS", store.read(Reference("PDAT_ACT", None, ("ACC",))), settings)
     settings.write(Reference("$APO", None, ("CPTP",)), store.read(Reference("PDAT_ACT", None, ("APO_DIST",))))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.robot.arm.path import tool_frames
-from helimag.robot.arm.planning import Plan
+from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.krl.instructions import Order, instructions
 from helimag.robot.krl.interpreter import Playback
 from helimag.robot.krl.machine import ROUNDING, Leg
@@ -51,7 +51,7 @@ class Deviation:
         return within and not self.differences
 
 
-def deviation(plan: Plan, playback: Playback) -> Deviation:
+def deviation(plan: ArmPlan, playback: Playback) -> Deviation:
     """Compare a programme with the plan.
 
     Every pose of the programme is held against the nearest planned pose around its time: what is left is the
@@ -84,7 +84,7 @@ def deviation(plan: Plan, playback: Playback) -> Deviation:
     return Deviation(float(away.max()), off_axis, timing, playback.duration, tuple(dict.fromkeys(differences)))
 
 
-def _lateness(plan: Plan, times: Floats, position: Floats, axis: Floats) -> Floats:
+def _lateness(plan: ArmPlan, times: Floats, position: Floats, axis: Floats) -> Floats:
     """How much later (s) than planned the magnet is where it is: Gauss-Newton on position and ``ARM`` times axis."""
     late = np.zeros_like(times)
     for _ in range(2):
@@ -98,11 +98,11 @@ def _lateness(plan: Plan, times: Floats, position: Floats, axis: Floats) -> Floa
     return late
 
 
-def _inside(plan: Plan, times: Floats) -> Floats:
+def _inside(plan: ArmPlan, times: Floats) -> Floats:
     return np.clip(times, 0.0, plan.path.duration)
 
 
-def path_time(plan: Plan, times: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def path_time(plan: ArmPlan, times: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Path times of programme times (n,), and whether the arm is unwinding then."""
     path_times = times.copy()
     unwinding = np.zeros(times.shape, dtype=bool)
@@ -118,7 +118,7 @@ def path_time(plan: Plan, times: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     return path_times, unwinding
 
 
-def _paces(plan: Plan, playback: Playback, late: Floats) -> Iterator[str]:
+def _paces(plan: ArmPlan, playback: Playback, late: Floats) -> Iterator[str]:
     """Motions that are faster or slower than planned, though the programme as a whole is in time.
 
     A programme with as many motions as the plan is held to the plan's times and stops one by one; another, which may
@@ -146,7 +146,7 @@ def _turned(playback: Playback, leg: Leg) -> float:
     return float(np.abs(playback.flange[leg.last, :3, :3] - playback.flange[leg.first, :3, :3]).max())
 
 
-def _planned_motions(plan: Plan) -> list[tuple[float, bool, bool]]:
+def _planned_motions(plan: ArmPlan) -> list[tuple[float, bool, bool]]:
     """How long (s) each motion along the path takes as it is written, whether it is rounded, whether it only turns.
 
     To the path's own come those to the start, and back to the path after unwinding.
@@ -160,7 +160,7 @@ def _planned_motions(plan: Plan) -> list[tuple[float, bool, bool]]:
     return motions
 
 
-def _settings(plan: Plan, playback: Playback) -> Iterator[str]:
+def _settings(plan: ArmPlan, playback: Playback) -> Iterator[str]:
     """Settings that are not the plan's at a motion, or at the end."""
     wanted = {name: _value(text) for name, text in standing(plan).items()}
     speeds = {_value(number(order.speed, 10)) for order in instructions(plan) if order.order in {Order.LINE, Order.ARC}}
@@ -218,7 +218,7 @@ def _shown(value: Setting) -> str:
     return value if isinstance(value, str) else f"{value:.9g}"
 
 
-def _joints(plan: Plan, playback: Playback) -> Iterator[str]:
+def _joints(plan: ArmPlan, playback: Playback) -> Iterator[str]:
     """Joint motions that do not end where the plan has the joints: a wrist may be whole turns off in the same pose."""
     times = [0.0, *(unwinding.time for unwinding in plan.unwindings)]
     wanted = [plan.joints[int(np.searchsorted(plan.times, time - 1e-9))] for time in times]
@@ -239,7 +239,7 @@ def _joints(plan: Plan, playback: Playback) -> Iterator[str]:
         yield "at the end the wrist is whole turns off the plan's"
 
 
-def _switches(plan: Plan, playback: Playback) -> Iterator[str]:
+def _switches(plan: ArmPlan, playback: Playback) -> Iterator[str]:
     """Outputs that are switched otherwise than planned."""
     output = plan.cell.start_output
     late = TIMING * plan.duration

@@ -9,7 +9,7 @@ from helimag.robot.krl.basics import bas
 from helimag.robot.krl.grammar import tree_of
 from helimag.robot.krl.machine import Machine
 from helimag.robot.krl.routines import Block, Line, Module, Refused, Routine, Statement
-from helimag.robot.krl.values import Reference, Store, Value, evaluate, reference_of
+from helimag.robot.krl.values import Reference, Value, Variables, evaluate, reference_of
 
 MOST = 200_000  # statements that are carried out
 DEEPEST = 20  # calls within calls
@@ -38,8 +38,8 @@ class Executor:
 
     def __init__(self, module: Module, machine: Machine) -> None:
         self.module, self.machine = module, machine
-        self.shared = Store(types=dict(_GLOBAL))
-        self.scopes: list[Store] = []
+        self.shared = Variables(types=dict(_GLOBAL))
+        self.scopes: list[Variables] = []
         self.done = 0
         self.interrupt = False
 
@@ -54,7 +54,7 @@ class Executor:
     def _call(self, routine: Routine) -> None:
         if len(self.scopes) > DEEPEST:
             raise InputError(f"expected calls at most {DEEPEST} deep")
-        self.scopes.append(Store())
+        self.scopes.append(Variables())
         self._all(routine.body)
         self.scopes.pop()
 
@@ -278,7 +278,7 @@ class Executor:
         else:
             self._home(reference).write(reference, value)
 
-    def _home(self, reference: Reference) -> Store:
+    def _home(self, reference: Reference) -> Variables:
         """Where a variable is declared: in the routine, or for all of them."""
         own = self.scopes[-1]
         return own if reference.name in own.types else self.shared

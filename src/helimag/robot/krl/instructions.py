@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.robot.arm.frames import angles
-from helimag.robot.arm.path import Kind, Motion, tool_frames
-from helimag.robot.arm.planning import Plan
+from helimag.robot.arm.path import Motion, MotionKind, tool_frames
+from helimag.robot.arm.planning import ArmPlan
 
 Floats = NDArray[np.float64]
 
@@ -42,10 +42,15 @@ class Instruction:
     rounded: bool = False
 
 
-_ORDERS = {Kind.LINE: Order.LINE, Kind.ARC: Order.ARC, Kind.TURN: Order.TURN, Kind.HOLD: Order.WAIT}
+_ORDERS = {
+    MotionKind.LINE: Order.LINE,
+    MotionKind.ARC: Order.ARC,
+    MotionKind.TURN: Order.TURN,
+    MotionKind.HOLD: Order.WAIT,
+}
 
 
-def instructions(plan: Plan) -> list[Instruction]:
+def instructions(plan: ArmPlan) -> list[Instruction]:
     """The instructions of a plan, after the arm has gone to its first joint angles."""
     result = []
     unwindings = {round(unwinding.time, 9): unwinding for unwinding in plan.unwindings}
@@ -71,7 +76,7 @@ def instructions(plan: Plan) -> list[Instruction]:
     return result
 
 
-def _instruction(plan: Plan, motion: Motion, delay: float, *, rounded: bool) -> Instruction:
+def _instruction(plan: ArmPlan, motion: Motion, delay: float, *, rounded: bool) -> Instruction:
     """One motion of the path. The speed is constant in it, so that its duration is the path's own."""
     times = np.array([motion.begin, (motion.begin + motion.end) / 2.0, motion.end])
     start, via, target = tool_poses(plan, times)
@@ -90,7 +95,7 @@ def _instruction(plan: Plan, motion: Motion, delay: float, *, rounded: bool) -> 
     return Instruction(order, motion.begin + delay, motion.end + delay, target, middle, speed, rounded)
 
 
-def tool_poses(plan: Plan, times: Floats) -> Floats:
+def tool_poses(plan: ArmPlan, times: Floats) -> Floats:
     """Tool poses (n, 6) in the lab frame at path times (n,): position in m, angles A, B, C in rad."""
     matrix = tool_frames(plan.path.at(times), plan.roll, plan.reversed_axis)
     return np.concatenate([matrix[:, :3, 3], angles(matrix[:, :3, :3])], axis=1)

@@ -69,7 +69,7 @@ class Reference:
 
 
 @dataclass
-class Store:
+class Variables:
     """Variables that a programme declares, with their types; an array's elements are variables of their own."""
 
     types: dict[str, str] = field(default_factory=dict)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.robot.arm.frames import angles
-from helimag.robot.arm.planning import Plan
+from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.krl.instructions import Instruction, Order, instructions, tool_poses
 
 Floats = NDArray[np.float64]
@@ -180,7 +180,7 @@ def frame_pose(matrix: Floats) -> Floats:
     return np.concatenate([matrix[:3, 3], angles(matrix[:3, :3])])
 
 
-def write_krl(plan: Plan, name: str, header: Sequence[str] = (), *, spline: bool = False) -> tuple[str, str]:
+def write_krl(plan: ArmPlan, name: str, header: Sequence[str] = (), *, spline: bool = False) -> tuple[str, str]:
     """The texts of NAME.src and NAME.dat.
 
     Parameters
@@ -204,7 +204,7 @@ def write_krl(plan: Plan, name: str, header: Sequence[str] = (), *, spline: bool
     return src, dat
 
 
-def _opening(plan: Plan, name: str, header: Iterable[str], spline: bool) -> Iterator[str]:
+def _opening(plan: ArmPlan, name: str, header: Iterable[str], spline: bool) -> Iterator[str]:
     cell = plan.cell
     yield from ("&ACCESS RVP", "&REL 1", f"DEF {name} ( )")
     yield from (comment(line) for line in header)
@@ -229,7 +229,7 @@ def _opening(plan: Plan, name: str, header: Iterable[str], spline: bool) -> Iter
     yield "$OV_PRO=100"
 
 
-def standing(plan: Plan) -> dict[str, str]:
+def standing(plan: ArmPlan) -> dict[str, str]:
     """The settings that stand from the first motion to the last, by name, as they are written."""
     turn_speeds = number(math.degrees(_turn_speed(plan)), 10)
     return {
@@ -245,7 +245,7 @@ def standing(plan: Plan) -> dict[str, str]:
     }
 
 
-def _turn_speed(plan: Plan) -> float:
+def _turn_speed(plan: ArmPlan) -> float:
     """Angular speed (rad/s) for $VEL.ORI: that of a turn on the spot, or one that is out of the way."""
     turning = any(order.order is Order.TURN for order in instructions(plan))
     return abs(plan.path.yaw_rate) if turning else plan.cell.speed_share * plan.cell.arm.joint_speed[5]
@@ -256,7 +256,7 @@ def _joint_speed(percent: int) -> Iterator[str]:
         yield f"$VEL_AXIS[{i}]={percent}"
 
 
-def _body(plan: Plan, orders: Sequence[Instruction], spline: bool) -> Iterator[str]:
+def _body(plan: ArmPlan, orders: Sequence[Instruction], spline: bool) -> Iterator[str]:
     output = plan.cell.start_output
     if output is not None:
         yield f"$OUT[{int(output)}]=TRUE"
@@ -298,7 +298,7 @@ def _motion(order: Instruction, i: int, prefix: str) -> str:
             return f"WAIT SEC {number(order.end - order.begin, 6)}"
 
 
-def _points(plan: Plan, name: str, orders: Sequence[Instruction]) -> Iterator[str]:
+def _points(plan: ArmPlan, name: str, orders: Sequence[Instruction]) -> Iterator[str]:
     yield f"DEFDAT {name}"
     yield f"DECL E6AXIS XSTART={{{axes(plan.joints[0])}}}"
     yield f"DECL E6POS XBEGIN={{{pose(tool_poses(plan, plan.times[:1])[0])}}}"

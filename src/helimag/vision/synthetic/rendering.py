@@ -30,7 +30,7 @@ NOISY = 12  # noisy backdrops that frames are drawn on in random order
 BUBBLE_SPEED = 8e-3  # of a rising bubble (m/s)
 
 
-class Motion:
+class FilmedMotion:
     """A run between its samples: position by spline, attitude by the shortest rotation.
 
     Raises
@@ -100,7 +100,7 @@ def render_run(
     """
     effects = effects or Effects()
     shape = shape or _shape_of(run)
-    motion = Motion(run)
+    motion = FilmedMotion(run)
     begin, end, count = _span(motion, start, duration, effects.rate)
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
@@ -130,7 +130,7 @@ def render_run(
     return paths
 
 
-def _span(motion: Motion, start: float, duration: float | None, rate: float) -> tuple[float, float, int]:
+def _span(motion: FilmedMotion, start: float, duration: float | None, rate: float) -> tuple[float, float, int]:
     """First and last instant of the part that is filmed (s), and its number of frames."""
     begin = motion.start + start
     end = motion.end if duration is None else min(motion.end, begin + duration)
@@ -146,7 +146,7 @@ def _shape_of(run: Trajectory) -> Shape:
     return Shape() if run.scenario_toml is None else Shape.of(parse(run.scenario_toml).device)
 
 
-def _truth(run: Trajectory, motion: Motion, times: Floats, begin: float) -> Trajectory:
+def _truth(run: Trajectory, motion: FilmedMotion, times: Floats, begin: float) -> Trajectory:
     position, turn = motion.pose(times)
     axis = turn[:, :, 0]
     variables = {
@@ -182,7 +182,7 @@ def _noisy(light: Floats, effects: Effects, random: np.random.Generator) -> Pict
 
 def _frame(
     scene: _Scene,
-    motion: Motion,
+    motion: FilmedMotion,
     shape: Shape,
     effects: Effects,
     time: float,

@@ -18,7 +18,7 @@ from helimag.vision.films import Film
 from helimag.vision.shape import Shape
 from helimag.vision.tracking.alignment import Offset, at, by_roll, find_offset, frame_interval
 from helimag.vision.tracking.detection import HALF
-from helimag.vision.tracking.pose import Fit, Poses, darker_end, lengths, oriented, solve
+from helimag.vision.tracking.pose import DevicePoses, Fit, darker_end, lengths, oriented, solve
 from helimag.vision.tracking.search import Sighting, search
 from helimag.vision.tracking.uncertainty import Deviations, covariances
 from helimag.vision.tracking.views import PreparedView, parted, prepared
@@ -147,7 +147,7 @@ def assemble(
     spread = _spread(joined, views, offset)
     fresh = covariances(rig, shape, poses, spread, np.ones(joined.frames.size))
     strays = _strays(first.time[joined.frames], poses.head, fresh.head_noise * joined.typical, interval)
-    poses = Poses(*(values[~strays] for values in poses))
+    poses = DevicePoses(*(values[~strays] for values in poses))
     spread = Deviations(*(values[~strays] for values in spread))
     reason = joined.reason.copy()
     reason[joined.frames[strays]] = 3
@@ -191,7 +191,7 @@ def _joined(sightings: tuple[Sighting, Sighting], ahead: float, rig: Rig) -> _Jo
     )
 
 
-def _poses(joined: _Joined, rig: Rig, shape: Shape) -> Poses:
+def _poses(joined: _Joined, rig: Rig, shape: Shape) -> DevicePoses:
     darker = darker_end(rig, joined.fit, joined.rows)
     return oriented(joined.fit, darker, joined.length / 2.0 - shape.nose)
 
@@ -306,7 +306,7 @@ def _attributes(
 
 def _trajectory(
     time: Floats,
-    poses: Poses,
+    poses: DevicePoses,
     spread: Deviations,
     typical: float,
     rig: Rig,

@@ -30,7 +30,7 @@ class Fit(NamedTuple):
     apart: Floats
 
 
-class Poses(NamedTuple):
+class DevicePoses(NamedTuple):
     """Head (n, 3) in m, long axis (n, 3) from helix to head, how both move with the measured numbers (n, 3, 8), and
     misfit a degree of freedom."""
 
@@ -162,7 +162,7 @@ def solve(rig: Rig, first: Floats, second: Floats, length: float) -> Fit:
     return Fit(middle, axis, tangents, gain, np.sum(base * base, axis=1) / FREEDOM, apart)
 
 
-def oriented(fit: Fit, darker: Floats, ahead: float) -> Poses:
+def oriented(fit: Fit, darker: Floats, ahead: float) -> DevicePoses:
     """Choose the sense of the axes: continuous over the run, towards the end that is darker in most frames.
 
     Parameters
@@ -182,7 +182,7 @@ def oriented(fit: Fit, darker: Floats, ahead: float) -> Poses:
     none, one = np.zeros((sense.size, 3, 3)), np.broadcast_to(np.eye(3), (sense.size, 3, 3))
     to_head = np.concatenate([one, ahead * turns], axis=2)
     to_axis = np.concatenate([none, turns], axis=2)
-    return Poses(
+    return DevicePoses(
         fit.middle + ahead * axis,
         axis,
         to_head @ fit.gain,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from helimag.vision.cameras import Rig
 from helimag.vision.shape import Shape
-from helimag.vision.tracking.pose import Poses
+from helimag.vision.tracking.pose import DevicePoses
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class Covariances(NamedTuple):
     head_noise: Floats
 
 
-def covariances(rig: Rig, shape: Shape, poses: Poses, spread: Deviations, calm: Floats) -> Covariances:
+def covariances(rig: Rig, shape: Shape, poses: DevicePoses, spread: Deviations, calm: Floats) -> Covariances:
     """Add up what is uncertain about each pose.
 
     Parameters

@@ -10,7 +10,7 @@ from helimag.vision.shape import Shape
 from helimag.vision.tracking.detection import RISE, SDS
 from helimag.vision.tracking.drawings import corrected, detector_errors, from_nose, phases, tilts, turned
 from helimag.vision.tracking.noise import frame_noise
-from helimag.vision.tracking.pose import Poses
+from helimag.vision.tracking.pose import DevicePoses
 from helimag.vision.tracking.search import Sighting
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ class PreparedView(NamedTuple):
 
 
 def prepared(
-    sighting: Sighting, camera: Camera, shape: Shape, time: Floats, poses: Poses, ahead: float, interval: float
+    sighting: Sighting, camera: Camera, shape: Shape, time: Floats, poses: DevicePoses, ahead: float, interval: float
 ) -> PreparedView:
     """Make a view's detections ready, with poses that a first fit found.
 
