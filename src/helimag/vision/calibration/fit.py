@@ -96,12 +96,12 @@ def _refracted(session: Session, problem: Joint, found: Found, in_air: list[str]
     start = starting_values(problem, session, found, second)
     fitted = problem.fit(start)
     fitted = problem.fit(fitted.values, counted=fitted.clean())
+    check_fit(problem, fitted)
     if not session.estimate_oil:
         check_index(session, fitted)
         fitted = problem.fit(fitted.values, counted=fitted.counted, known_index=session.indices[2], noise=fitted.noise)
     lab = Pose(session.rotation, session.position)
     rig = problem.rig(fitted.values, lab)
-    check_fit(problem, fitted)
     check_walls(session, rig, fitted)
     others, sd = variants(problem, fitted, rig, lab)
     report |= _described(problem, fitted)

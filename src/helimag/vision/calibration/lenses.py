@@ -65,23 +65,24 @@ def read_lens(path: Path, number: int) -> tuple[Floats, Floats]:
 
 
 def _opencv(path: Path, number: int) -> tuple[Floats, Floats]:
+    names: list[str] = []
+    values = []
     try:
         storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+        names = list(storage.root().keys())
+        for known in (MATRICES, DISTORTIONS):
+            wanted = [name.format(number) for name in known]
+            value = next((storage.getNode(name).mat() for name in wanted if name in names), None)
+            if value is None:
+                raise InputError(
+                    f"{path} must have a matrix named {', '.join(wanted)}; it has {', '.join(names) or 'nothing'}"
+                )
+            values.append(np.asarray(value, dtype=np.float64))
     except (cv2.error, SystemError):
         raise InputError(
-            f"{path} is not a file of OpenCV's FileStorage; its first line must be %YAML:1.0 or XML"
+            f"{path} must be a file of OpenCV's FileStorage, as cv::Mat with rows, cols, dt and data; it has "
+            f"{', '.join(names) or 'nothing that OpenCV reads'} (a camera_info of ROS is none)"
         ) from None
-    names = storage.root().keys()
-    values = []
-    for known in (MATRICES, DISTORTIONS):
-        wanted = [name.format(number) for name in known]
-        found = next((name for name in wanted if name in names), None)
-        value = storage.getNode(found).mat() if found else None
-        if value is None:
-            raise InputError(
-                f"{path} must have a matrix named {', '.join(wanted)}; it has {', '.join(names) or 'nothing'}"
-            )
-        values.append(np.asarray(value, dtype=np.float64))
     return values[0], values[1].ravel()
 
 

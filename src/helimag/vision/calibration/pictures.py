@@ -19,7 +19,7 @@ Found = list[dict[str, dict[str, Corners]]]  # by camera, then "air" or "oil", t
 PICTURES = (".png", ".tif", ".tiff", ".bmp", ".jpg")
 LEAST_AIR = 6
 TRIED = 4  # pictures that tell which pattern is printed
-SAME_SHARE = 0.04  # by which markers may look larger or smaller beside their squares: ink runs
+SAME_SHARE = 0.1  # by which markers may look smaller beside their squares: blur takes 5 % of a small one
 
 
 def read_pictures(folder: Path) -> dict[str, NDArray[np.uint8]]:

@@ -27,7 +27,8 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 MEDIAN = 0.79  # of chi-square with three degrees of freedom, over its mean
-APART = 2.0  # px by which the views may disagree all along: clocks, noise and calibration make a few tenths
+ROUGHLY_APART = 2.0  # px by which the views may disagree before clocks and detector are known better, and
+APART = 0.5  # px after: noise and calibration make a tenth
 ROLL_ERROR = 0.015  # by which the rolls that two views show may differ all along (rad)
 MISFIT = 16.0  # of the typical misfit: views that disagree more do not show the same thing
 STRAY = 6.0  # standard deviations off its neighbours' polynomial at which a point is left out
@@ -133,7 +134,7 @@ def assemble(
     first, second = sightings
     interval = frame_interval(first.time)
     offset = find_offset(first, second, rig) if clock_offset is None else Offset(clock_offset, 0.0, True)
-    rough = _joined(sightings, offset.value, rig)
+    rough = _joined(sightings, offset.value, rig, ROUGHLY_APART)
     poses = _poses(rough, rig, shape)
     time = first.time[rough.frames]
     views = [
@@ -142,7 +143,7 @@ def assemble(
     ]
     if clock_offset is None:
         offset = _clock(views, rig)
-    joined = _joined((views[0].sighting, views[1].sighting), offset.value, rig)
+    joined = _joined((views[0].sighting, views[1].sighting), offset.value, rig, APART)
     poses = _poses(joined, rig, shape)
     spread = _spread(joined, views, offset)
     fresh = covariances(rig, shape, poses, spread, np.ones(joined.frames.size))
@@ -158,7 +159,7 @@ def assemble(
     return _trajectory(first.time[joined.frames[~strays]], poses, spread, joined.typical, rig, shape, attributes)
 
 
-def _joined(sightings: tuple[Sighting, Sighting], ahead: float, rig: Rig) -> _Joined:
+def _joined(sightings: tuple[Sighting, Sighting], ahead: float, rig: Rig, limit: float) -> _Joined:
     """Fit a pose to every frame of the first film that the second shows too, and leave out where they disagree."""
     first, second = sightings
     other = at(second, first.time + ahead)
@@ -180,9 +181,9 @@ def _joined(sightings: tuple[Sighting, Sighting], ahead: float, rig: Rig) -> _Jo
     if good.sum() < 4:
         raise InputError("the two views never agree on the device; check the calibration and which film is which")
     apart = float(np.median(fit.apart[good]))
-    if not apart <= APART:
+    if not apart <= limit:
         raise InputError(
-            f"the two views must agree on the device to {APART:g} px; they are {apart:.1f} px apart: check that the "
+            f"the two views must agree on the device to {limit:g} px; they are {apart:.1f} px apart: check that the "
             f"calibration is of these cameras, which film is which, and clock_offset"
         )
     reason[used[~good]] = 3

@@ -1,0 +1,348 @@
+"""Vision that knows when it does not know: oblique rigs, spoilt calibrations, depths, uncertainties, other programs."""
+
+import json
+import shutil
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+
+pytest.importorskip("cv2")
+pytest.importorskip("av")
+
+import cv2
+
+from helimag.errors import InputError
+from helimag.runs import Trajectory, import_track
+from helimag.runs.measurement import attack_windows
+from helimag.runs.smoothing import sharpened, smooth
+from helimag.vision import (
+    Board,
+    Calibration,
+    Effects,
+    Film,
+    FilmWriter,
+    Rig,
+    Session,
+    Shape,
+    calibrate,
+    paper_rig,
+    render_run,
+    render_session,
+    staged,
+    track,
+)
+from helimag.vision.calibration.lenses import read_lens
+from helimag.vision.silhouette import outline, silhouette
+from helimag.vision.tracking.detection import blobs, measure
+
+ANGLE = np.radians(25.0)
+SEED = 2
+
+
+@pytest.fixture(scope="module")
+def true_rig() -> Rig:
+    return paper_rig(seed=SEED, angle=ANGLE)
+
+
+@pytest.fixture(scope="module")
+def session(true_rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return render_session(true_rig, tmp_path_factory.mktemp("session"), seed=SEED, own=6, shared=3, oil=8)
+
+
+@pytest.fixture(scope="module")
+def calibration(session: Path) -> Calibration:
+    return calibrate(Session.load(session))
+
+
+def test_oblique_cameras_stand_as_asked(true_rig: Rig) -> None:
+    for camera in true_rig.cameras:
+        assert camera.wall is not None
+        angle = np.degrees(np.arccos(camera.rotation[2] @ camera.wall.normal))
+        assert angle == pytest.approx(25.0, abs=2.0)
+        assert np.all(np.isfinite(camera.project(np.array([[0.0, 0.0, 0.0], [0.16, 0.0, 0.0]]))))
+    with pytest.raises(InputError, match="angle must be from 0 to"):
+        paper_rig(angle=1.2)
+
+
+def test_oblique_cameras_calibrate_and_say_how_well(calibration: Calibration, true_rig: Rig) -> None:
+    points = np.random.default_rng(0).uniform([0.02, -0.02, -0.035], [0.14, 0.02, 0.002], (200, 3))
+    found, _ = calibration.rig.triangulate(*(camera.project(points) for camera in true_rig.cameras))
+    off = np.linalg.norm(found - points, axis=1)
+    assert off.max() < 0.06e-3
+    assert calibration.report["position_sd_mm"] < 0.02
+    assert calibration.report["oil_index"] == pytest.approx(1.40, abs=2e-3)
+    shifts = calibration.rig.shifts(found)
+    covariance = np.einsum("kni,knj->nij", shifts, shifts)
+    chi = np.einsum("ni,nij,nj->n", found - points, np.linalg.inv(covariance), found - points)
+    assert 0.1 < chi.mean() < 9.0  # one rig: its error is common to all points
+
+
+def spoilt(change: Callable[[dict[str, Any]], None]) -> Callable[[Path], None]:
+    def edit(folder: Path) -> None:
+        data = tomllib.loads((folder / "calibration.toml").read_text())
+        change(data)
+        (folder / "calibration.toml").write_text(tomli_w.dumps(data))
+
+    return edit
+
+
+def swapped(*media: str) -> Callable[[Path], None]:
+    def edit(folder: Path) -> None:
+        for medium in media:
+            (folder / medium / "front").rename(folder / medium / "other")
+            (folder / medium / "below").rename(folder / medium / "front")
+            (folder / medium / "other").rename(folder / medium / "below")
+
+    return edit
+
+
+def few(medium: str, kept: int) -> Callable[[Path], None]:
+    def edit(folder: Path) -> None:
+        for view in ("front", "below"):
+            for file in sorted((folder / medium / view).glob("*.png"))[kept:]:
+                file.unlink()
+
+    return edit
+
+
+def move_tank(data: dict[str, Any]) -> None:
+    for end in ("low", "high"):
+        data["tank"][end][1] = f"{float(data['tank'][end][1].split()[0]) + 5.0} mm"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (
+            spoilt(lambda data: data["tank"].update(indices=[1.0, 1.49, 1.47])),
+            r"an oil of index 1\.(399|40).* 1\.47 is given",
+        ),
+        (spoilt(lambda data: data["tank"].update(indices=[1.0, 1.49, 1.385])), r"an oil of index 1\.(399|40)"),
+        (spoilt(lambda data: data["board"].update(square="10 mm")), r"markers' sides are 0\.7|the pictures show it"),
+        (spoilt(lambda data: data["board"].update(columns=7)), "check .board. against the printed one"),
+        (spoilt(move_tank), r"the pictures show it [45]\.\d mm and"),
+        (swapped("oil"), "the pictures in the tank must fit|far off"),
+        (swapped("air", "oil"), "check which folder is whose"),
+        (few("air", 4), "take more"),
+        (few("oil", 3), "share at least one picture in air and 5 in the tank"),
+        (spoilt(lambda data: data.update(accuracy="0.002 mm")), r"0\.002 mm is claimed"),
+    ],
+)
+def test_spoilt_calibrations_are_refused(
+    spoil: Callable[[Path], None], message: str, session: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(session.parent, tmp_path / "spoilt")
+    spoil(tmp_path / "spoilt")
+    with pytest.raises(InputError, match=message):
+        calibrate(Session.load(tmp_path / "spoilt" / "calibration.toml"))
+
+
+@pytest.fixture(scope="module")
+def wobbling(true_rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    run = staged("wobbling", duration=8.0, seed=SEED)
+    effects = Effects(seed=SEED, clock_offset=0.1)
+    return render_run(run, true_rig, tmp_path_factory.mktemp("films"), effects=effects, start=3.0, duration=1.2)
+
+
+def test_oblique_runs_are_tracked_with_honest_uncertainty(wobbling: dict[str, Path], calibration: Calibration) -> None:
+    run = track(wobbling["front"], wobbling["below"], calibration.rig, initial_gap=0.102)
+    truth = Trajectory.load(wobbling["truth"])
+    place = np.abs(truth.dataset["time"].values[None] - run.dataset["time"].values[:, None]).argmin(axis=1)
+    off = run.dataset["position"].values - truth.dataset["position"].values[place]
+    assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 0.04e-3
+    covariance = run.dataset["position_covariance"].values
+    chi = np.einsum("ni,nij,nj->n", off, np.linalg.inv(covariance), off).mean()
+    assert 0.5 < chi < 9.0  # of one run; benchmarks/vision_seeds.py has the mean over many
+    angle = truth.dataset["attack_angle"].values[place]
+    assert attack_windows(run, count=1).wobble[0] == pytest.approx(angle.std(), rel=0.05)
+    lean = run.dataset["attack_angle"].values - angle
+    assert 0.3 < np.sqrt(np.mean(lean**2)) / run.dataset["attack_angle_sd"].values.mean() < 2.5
+
+
+def test_the_clock_is_told_by_the_roll(wobbling: dict[str, Path], true_rig: Rig) -> None:
+    run = track(wobbling["front"], wobbling["below"], true_rig, initial_gap=0.102)
+    assert float(run.dataset.attrs["clock_offset"]) == pytest.approx(0.1, abs=3e-3)
+    assert float(run.dataset.attrs["clock_offset_sd"]) < 2e-3
+
+
+def test_films_in_the_wrong_order_are_refused(wobbling: dict[str, Path], true_rig: Rig) -> None:
+    with pytest.raises(InputError, match=r"px apart|never found|never agree|in both views"):
+        track(wobbling["below"], wobbling["front"], true_rig, initial_gap=0.102)
+
+
+@pytest.mark.parametrize("bits", [8, 10, 12, 16])
+def test_every_bit_depth_gives_the_same_pictures(bits: int, tmp_path: Path) -> None:
+    picture = np.tile(np.arange(0, 250, 5, dtype=np.uint8), (40, 1))
+    with FilmWriter(tmp_path / "film", (50, 40), pictures=".tiff", bits=bits) as film:
+        for index in range(3):
+            film.write(picture, index / 30)
+    raw = cv2.imread(str(tmp_path / "film" / "000000.tiff"), cv2.IMREAD_UNCHANGED)
+    assert int(raw.max()) == 245 << (bits - 8)
+    assert all(np.array_equal(shown, picture) for _, shown in Film(tmp_path / "film").frames())
+    (tmp_path / "film" / "000001.tiff").unlink()
+    cv2.imwrite(str(tmp_path / "film" / "000001.tiff"), picture.astype(np.float32))
+    with pytest.raises(InputError, match="must have pixels of 8 to 16 bits"):
+        list(Film(tmp_path / "film").frames())
+
+
+def test_ten_bits_of_h264_are_read(tmp_path: Path) -> None:
+    with FilmWriter(tmp_path / "deep.mp4", (64, 48), bits=10) as film:
+        for index in range(4):
+            film.write(np.full((48, 64), 130, np.uint8), index / 30)
+    shown = [picture for _, picture in Film(tmp_path / "deep.mp4").frames()]
+    assert len(shown) == 4
+    assert np.abs(shown[-1].astype(int) - 130).max() <= 2
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_noise_is_no_device_and_no_traceback(seed: int) -> None:
+    """Signed weights: sums of squares may be negative, profiles may have no end."""
+    random = np.random.default_rng(seed)
+    for _ in range(40):
+        dark = random.normal(0.0, 0.3, (60, 90)).astype(np.float32)
+        if seed % 2:
+            dark = cv2.GaussianBlur(dark, (0, 0), 2.0) * 4.0
+        for blob in blobs(dark, 0.1, 3.0):
+            seen = measure(dark, *blob, head_length=5.0, turns=4.8)
+            assert seen is None or np.all(np.isfinite(seen.row[:10]))
+        everything = (slice(0, 60), slice(0, 90), np.ones((60, 90), bool))
+        measure(dark, *everything, head_length=5.0, turns=4.8)
+
+
+def test_a_silhouette_covers_what_the_shape_covers() -> None:
+    """A thick straight wire with a round end and a ball, from the side: areas in closed form."""
+    camera = paper_rig(seed=0).without_refraction().cameras[0]
+    shape = Shape(helix_radius=1e-9, wire_radius=0.4e-3)
+    position, rotation = np.array([0.08, 0.0, -0.02]), np.eye(3)
+    box = outline(camera, position[None], rotation[None], shape)
+    assert box is not None
+    area = silhouette(camera, position, rotation, shape, box).sum() / float(camera.scale(position[None])[0]) ** 2
+    # the wire begins at the ball's rim, and both ends are round
+    wire = 2.0 * 0.4e-3 * shape.helix_length + np.pi * 0.4e-3**2
+    y = np.linspace(-0.36e-3, 0.36e-3, 20001)
+    ball = np.sqrt(0.36e-3**2 - y**2)
+    overlap = np.trapezoid(np.maximum(0.0, np.minimum(ball, 0.36e-3) - np.maximum(-ball, 0.36e-3 - 0.0)), y)
+    begin = -0.36e-3 + np.sqrt(0.4e-3**2 - y**2)  # the wire's round end reaches into the ball
+    overlap += np.trapezoid(np.clip(np.minimum(begin, ball) + ball, 0.0, None), y)
+    assert area == pytest.approx(wire + np.pi * 0.36e-3**2 - overlap, rel=0.01)
+
+
+def test_sharpened_keeps_a_swing_and_counts_its_noise() -> None:
+    time = np.arange(400) / 30.0
+    swing = np.sin(2.0 * np.pi * 3.5 * time)[:, None]
+    once, _ = smooth(time, swing, 1.0 / 30.0)
+    twice, weights = sharpened(time, swing, 1.0 / 30.0)
+    inner = slice(20, -20)
+    assert once[inner].std() / swing[inner].std() == pytest.approx(0.982, abs=2e-3)
+    assert twice[inner].std() / swing[inner].std() == pytest.approx(1.0, abs=5e-4)
+    noise = np.random.default_rng(0).standard_normal((400, 300))
+    left, _ = sharpened(time, noise, 1.0 / 30.0)
+    assert left[inner].var() == pytest.approx(np.sum(weights[200] ** 2), rel=0.02)
+
+
+def test_legacy_boards_calibrate_and_plain_ones_are_named(tmp_path: Path) -> None:
+    straight = paper_rig(seed=3)
+    legacy = render_session(straight, tmp_path, seed=3, own=6, shared=2, oil=6, board=Board(legacy=True))
+    assert calibrate(Session.load(legacy)).report["held_out_rms_mm"] < 0.05
+    plain = np.kron(1 - np.indices((6, 8)).sum(0) % 2, np.ones((90, 90))).astype(np.uint8) * 255
+    picture = cv2.copyMakeBorder(plain, 242, 242, 280, 280, cv2.BORDER_CONSTANT, value=200)
+    for file in tmp_path.glob("*/*/*.png"):
+        cv2.imwrite(str(file), picture)
+    with pytest.raises(InputError, match="show a plain chessboard"):
+        calibrate(Session.load(legacy))
+
+
+MATRIX, BENT = np.array([[2500.0, 0.0, 640.0], [0.0, 2501.0, 512.0], [0.0, 0.0, 1.0]]), [-0.12, 0.09, 5e-4, -4e-4, 0.0]
+
+
+def test_lenses_of_opencv_and_matlab_are_read(tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    storage = cv2.FileStorage(str(tmp_path / "lens.yml"), cv2.FILE_STORAGE_WRITE)
+    storage.write("camera_matrix", MATRIX)
+    storage.write("distortion_coefficients", np.array([BENT]))
+    storage.release()
+    one_based = MATRIX + np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+    lens = {"RadialDistortion": BENT[:2], "TangentialDistortion": BENT[2:4]}
+    (tmp_path / "new.json").write_text(json.dumps(lens | {"K": one_based.tolist()}))
+    (tmp_path / "pair.json").write_text(
+        json.dumps({"CameraParameters1": {}, "CameraParameters2": lens | {"IntrinsicMatrix": one_based.T.tolist()}})
+    )
+    savemat(tmp_path / "lens.mat", lens | {"IntrinsicMatrix": one_based.T})
+    for name in ("lens.yml", "new.json", "pair.json", "lens.mat"):
+        matrix, distortion = read_lens(tmp_path / name, 2)
+        assert np.allclose(matrix, MATRIX, atol=1e-9), name
+        assert np.allclose(distortion, BENT, atol=1e-12), name
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("ros.yaml", "camera_matrix:\n  rows: 3\n", "must be a file of OpenCV's FileStorage.* it has camera_matrix"),
+        ("a.json", '{"focal": 3}', "it has focal; in MATLAB: s = toStruct"),
+        ("a.json", "{", "is not JSON"),
+        ("a.mat", "MATLAB", "is not a .mat file"),
+        ("a.txt", "x", "must be a .yml"),
+        ("a.json", '{"K": [[0,0,0]], "RadialDistortion": [0,0], "TangentialDistortion": [0,0]}', "3 x 3"),
+    ],
+)
+def test_what_is_no_lens_is_refused(name: str, text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_lens(tmp_path / name, 1)
+
+
+def test_a_known_lens_needs_few_pictures_in_air(session: Path, true_rig: Rig, tmp_path: Path) -> None:
+    shutil.copytree(session.parent, tmp_path / "known")
+    for camera in true_rig.cameras:
+        storage = cv2.FileStorage(str(tmp_path / "known" / f"{camera.name}.yml"), cv2.FILE_STORAGE_WRITE)
+        storage.write("camera_matrix", camera.matrix)
+        storage.write("distortion_coefficients", camera.distortion)
+        storage.release()
+        for file in (tmp_path / "known" / "air" / camera.name).glob(f"{camera.name}*.png"):
+            file.unlink()
+    spoilt(lambda data: [view.update(lens=f"{view['name']}.yml") for view in data["camera"]])(tmp_path / "known")
+    known = calibrate(Session.load(tmp_path / "known" / "calibration.toml"))
+    assert known.report["pictures"]["air"] == 3
+    assert known.report["held_out_rms_mm"] < 0.05
+    assert max(known.report["intrinsics_rms_px"].values()) < 0.2
+
+
+TABLES = {
+    "TrackMate": "LABEL,TRACK_ID,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T\nLabel,Track ID,X,Y,Z,T\n"
+    ",,(mm),(mm),(mm),(sec)\nID1,0,1,2,-3,0.1\nID0,0,0,2,-1,0\nID2,0,2,2,-5,0.2\n",
+    "Tracker": "#multi:\n,mass_A,,\nt (s),x (mm),y (mm),z (mm)\n0,0,2,-1\n0.1,1,2,-3\n0.2,2,2,-5\n",
+    "MATLAB": "time_s,x_mm,y_mm,z_mm\n0,0,2,-1\n0.1,1,2,-3\n0.2,2,2,-5\n",
+}
+
+
+@pytest.mark.parametrize("program", TABLES)
+def test_tables_of_other_programs_are_the_same_track(program: str, tmp_path: Path) -> None:
+    (tmp_path / "track.csv").write_text(TABLES[program])
+    run = import_track(tmp_path / "track.csv", initial_gap=0.1)
+    assert np.allclose(run.dataset["position"].values, [[0, 2e-3, -1e-3], [1e-3, 2e-3, -3e-3], [2e-3, 2e-3, -5e-3]])
+    assert np.allclose(run.dataset["time"].values, [0.0, 0.1, 0.2])
+    assert str(run.dataset.attrs["source"]).endswith(f"a table of {program}")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("scorer,net,net,net\nbodyparts,head,head,head\ncoords,x,y,likelihood\n0,1,2,0.9\n1,1,2,0.9\n", "DeepLabCut"),
+        ("pt1_X,pt1_Y,pt1_Z\n1,2,3\n2,3,4\n", r"DLTdv \(x, y, z\)"),
+        ("pt1_cam1_X,pt1_cam1_Y\n1,2\n2,3\n", "DLTdv .places in the cameras' pictures"),
+        (",mass_A,\nt (s),x (m),y (m)\n0,1,2\n1,1,2\n", "Tracker in a plane"),
+        ("t,x,y,z\n0,1,2,3\n1,1,2,3\n", "Tracker without units"),
+        (TABLES["TrackMate"].replace("(mm)", "(pixel)"), "TrackMate in s.*pixel|TrackMate in sec, pixel"),
+        (TABLES["TrackMate"].replace("ID1,0,", "ID1,7,"), "must hold one track"),
+    ],
+)
+def test_other_programs_tables_that_are_no_track_are_named(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "track.csv").write_text(text)
+    with pytest.raises(InputError, match=message):
+        import_track(tmp_path / "track.csv", initial_gap=0.1)
