@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 
 # chosen on random runs continued to 20,000 s, see benchmarks/false_bounded.py: fewer of either are too few to tell
 LAPS = 5.0
-FOLDS = 5.0
+FOLDS = 6.0
 PARTS = 20  # pieces that a run is cut into to see how its mean height develops
 
 
