@@ -153,7 +153,7 @@ def flow(
     if json:
         print_json(report | files_report(output))
     else:
-        print_flow(result.scenario.name, orbit, report)
+        print_flow(result.scenario.title, orbit, report)
         print_files(output)
 
 
@@ -292,7 +292,7 @@ def _orbit(scenario: "Scenario") -> "Orbit":
 
     found = orbits.find_orbit(scenario)
     if not found.found:
-        raise InputError(f"{scenario.name} has no orbit that this could be around: {found.text}")
+        raise InputError(f"{scenario.title} has no orbit that this could be around: {found.text}")
     return found
 
 

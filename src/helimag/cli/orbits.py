@@ -242,7 +242,7 @@ def _print_one(orbit: "Orbit", warnings: list[dict[str, Any]], json: bool) -> No
     if json:
         print_json(_report(orbit) | {"warnings": warnings})
         return
-    print(f"{orbit.scenario.name}: {orbit.text}")
+    print(f"{orbit.scenario.title}: {orbit.text}")
     if orbit.found:
         rates = ", ".join(_shown(rate) for rate in orbit.rates if rate.imag >= 0.0)
         print(f"  rates         {rates} per second")
@@ -262,7 +262,7 @@ def _print_all(scenario: "Scenario", found: "list[Orbit]", warnings: list[dict[s
     if json:
         print_json({"orbits": [_report(orbit) for orbit in found], "warnings": warnings})
         return
-    print(f"{scenario.name}: {len(found)} orbits found")
+    print(f"{scenario.title}: {len(found)} orbits found")
     for orbit in found:
         print(f"  {orbit.text}")
 
@@ -290,7 +290,7 @@ def _print_branches(
             | files_report(output if branches else None)
         )
         return
-    print(f"{orbit.scenario.name}: {orbit.text}")
+    print(f"{orbit.scenario.title}: {orbit.text}")
     for segment in segments:
         print(f"  {segment.text}")
     if not segments:

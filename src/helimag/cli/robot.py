@@ -94,13 +94,13 @@ def program(
         robot.checked_name(name)
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
     robot.feasible_or_refused(plan)
-    with progress_bar(f"simulating {plan.scenario.name}") as progress:
+    with progress_bar(f"simulating {plan.scenario.title}") as progress:
         run = robot.rehearse(plan, progress=progress)
     written = robot.write_programme(plan, output, run=run, name=name, accept_unbounded=accept_unbounded, spline=spline)
     if json:
         print_json({"files": [str(path) for path in written], "verdict": str(run.verdict), **robot.report(plan)})
         return
-    print(f"{plan.scenario.name}: {run.verdict}, {run.judgement.reason}")
+    print(f"{plan.scenario.title}: {run.verdict}, {run.judgement.reason}")
     print(f"  expected duration {plan.duration:.1f} s, {len(plan.unwindings)} unwindings")
     for path in written:
         print(f"  {path}")
@@ -229,7 +229,7 @@ def _plan(scenario: "Scenario", cell: Path | None, unwind: bool) -> "Plan":
 def _simulated(scenario: "Scenario") -> "Trajectory":
     from helimag.engine import simulate
 
-    with progress_bar(f"simulating {scenario.name}") as progress:
+    with progress_bar(f"simulating {scenario.title}") as progress:
         return simulate(scenario, progress=progress)
 
 
