@@ -21,7 +21,8 @@ def titled(scenario: "Scenario", origin: "Scenario | None") -> str:
     origin
         What it was changed from, unless it has the name of a preset, which says itself what it was; None if unchanged.
     """
-    was = _preset(scenario.name) or origin
+    preset = _preset(scenario.name)
+    was = origin if preset is None else preset
     if was is None or was.name != scenario.name or was.hash == scenario.hash:
         return scenario.name
     found = [_told(path, scenario, was) for path in _changed(was.decisive, scenario.decisive)]
