@@ -10,7 +10,7 @@ import pytest
 from helimag import quantities as q
 from helimag.errors import FileError, InputError
 from helimag.robot import load_cell
-from helimag.robot.logs import read_log
+from helimag.robot.logs import read_log, unwrapped
 from helimag.runs import import_track, read_table
 
 TABLES = Path(__file__).parent / "data" / "tables"
@@ -149,3 +149,11 @@ def test_a_log_states_its_frames_in_any_case_and_a_track_names_the_row_without_a
     )
     with pytest.raises(InputError, match="line 4: attack_angle must have a number"):
         import_track(tmp_path / "t.csv", initial_gap=0.1)
+
+
+def test_a_motor_angle_within_a_turn_is_unwrapped_or_refused():
+    even = np.radians(15.12) * np.arange(600)
+    assert unwrapped(even % (2.0 * math.pi)) == pytest.approx(even, abs=1e-9)
+    assert unwrapped(even).tolist() == even.tolist()
+    with pytest.raises(InputError, match="its sense cannot be told"):
+        unwrapped(np.radians(170.0) * np.arange(600) % (2.0 * math.pi))

@@ -244,7 +244,7 @@ def finished(histories: Sequence[History]) -> Sequence[History]:
     """
     for i, history in enumerate(histories):
         if history.status is End.NOT_FINITE:
-            name = history.scenario.name
+            name = history.scenario.title
             raise RunError(f"run {i} of {len(histories)} of '{name}' broke down at {history.time[-1]:.6g} s")
     return histories
 

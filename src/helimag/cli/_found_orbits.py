@@ -36,7 +36,7 @@ def print_orbit(orbit: "Orbit", warnings: Warnings, json: bool) -> None:
     if json:
         print_json(orbit_report(orbit) | {"warnings": warnings})
         return
-    print(f"{orbit.scenario.name}: {orbit.text}")
+    print(f"{orbit.scenario.title}: {orbit.text}")
     if orbit.found:
         rates = ", ".join(_shown(rate) for rate in orbit.rates if rate.imag >= 0.0)
         print(f"  rates         {rates} per second")
@@ -56,7 +56,7 @@ def print_orbits(scenario: "Scenario", found: "list[Orbit]", warnings: Warnings,
     if json:
         print_json({"orbits": [orbit_report(orbit) for orbit in found], "warnings": warnings})
         return
-    print(f"{scenario.name}: {len(found)} orbits found")
+    print(f"{scenario.title}: {len(found)} orbits found")
     for orbit in found:
         print(f"  {orbit.text}")
 
@@ -79,7 +79,7 @@ def print_branches(
             | files_report(output if branches else None)
         )
         return
-    print(f"{orbit.scenario.name}: {orbit.text}")
+    print(f"{orbit.scenario.title}: {orbit.text}")
     for segment in segments:
         print(f"  {segment.text}")
     if not segments:

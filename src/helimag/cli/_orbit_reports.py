@@ -63,7 +63,7 @@ def print_map(result: "StabilityMap", boundary: "list[BoundaryCurve]", output: l
         return
     given = [Input(path) for path in result.paths]
     names = " and ".join(each.name for each in given)
-    print(f"{result.scenario.name}: an orbit is stable at {stable} of {total} nodes of {names}")
+    print(f"{result.scenario.title}: an orbit is stable at {stable} of {total} nodes of {names}")
     if best is None:
         print(
             "  nowhere stable in these ranges: widen them, or list the scenario's orbits with helimag orbit ... --all"
@@ -228,7 +228,7 @@ def print_basin(
             | files_report(output)
         )
         return
-    print(f"{caught.orbit.scenario.name}: {caught.text}")
+    print(f"{caught.orbit.scenario.title}: {caught.text}")
     sides = " x ".join(f"{1e3 * side:.0f}" for side in box[1] - box[0])
     print(f"  captured      {100.0 * share:.0f} % of the box of {sides} mm")
     if caught.reaches_edge:

@@ -43,7 +43,7 @@ def deviation_data(found: "Deviation", plan: "ArmPlan", playback: "Playback") ->
 
 def print_deviation(found: "Deviation", plan: "ArmPlan", playback: "Playback", source: Path) -> None:
     """A programme's deviations from its plan in words."""
-    print(f"{source} against the plan of {plan.scenario.name}")
+    print(f"{source} against the plan of {plan.scenario.title}")
     print(f"  position  within {1e6 * found.position:.3f} um")
     print(f"  attitude  within {found.axis:.2e} rad")
     print(f"  timing    within {100.0 * found.timing:.4f} %  ({found.duration:.2f} s, planned {plan.duration:.2f} s)")

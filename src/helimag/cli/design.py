@@ -62,7 +62,7 @@ def design(
 
     chosen = scenario_from(scenario, changes)
     limits = dict(input_range("--limit", chosen, text) for text in limit) if limit else None
-    with progress_bar(f"designing {chosen.name}") as progress:
+    with progress_bar(f"designing {chosen.title}") as progress:
         result = find_inputs(
             chosen,
             speed=None if speed is None else quantity("--speed", speed, quantities.VELOCITY),

@@ -85,7 +85,7 @@ def map_(
     if spans[0][0] == spans[1][0]:
         raise InputError(f"--vary must name two different inputs; got {spans[0][0]} twice")
     grids = [(path, np.linspace(low, high, nodes)) for path, (low, high) in spans]
-    with progress_bar(f"mapping {chosen.name}") as progress:
+    with progress_bar(f"mapping {chosen.title}") as progress:
         watch = orbits.Watch(progress)
         seeds = orbits.seeds_within(chosen, dict(spans), progress=watch.part(0.0, 0.1))
         result = orbits.stability_map(chosen, grids[0], grids[1], seeds=seeds, progress=watch.part(0.1, 0.5))
@@ -118,7 +118,7 @@ def flow(
 
     chosen = scenario_from(scenario, changes)
     span = _read_box(box)
-    with progress_bar(f"slow flow of {chosen.name}") as progress:
+    with progress_bar(f"slow flow of {chosen.title}") as progress:
         watch = orbits.Watch(progress)
         orbit = orbits.find_orbit(chosen, progress=watch.part(0.0, 0.05))
         low, high = _corners(span, orbit)
@@ -141,7 +141,7 @@ def flow(
     if json:
         print_json(report | files_report(output))
     else:
-        print_flow(result.scenario.name, orbit, report)
+        print_flow(result.scenario.title, orbit, report)
         print_files(output)
 
 
@@ -180,7 +180,7 @@ def basin(
     lasting = _duration(duration)
     span = _read_box(box)
     shape = starts, starts, starts
-    with progress_bar(f"basin of {chosen.name}") as progress:
+    with progress_bar(f"basin of {chosen.title}") as progress:
         watch = orbits.Watch(progress)
         orbit = orbits.find_orbit(chosen, progress=watch.part(0.0, 0.1))
         low, high = _corners(span, orbit)

@@ -63,7 +63,7 @@ def orbit(
     chosen = scenario_from(scenario, changes)
     limits = _limits(chosen, vary, start, stop)
     if every:
-        with progress_bar(f"searching orbits of {chosen.name}") as progress:
+        with progress_bar(f"searching orbits of {chosen.title}") as progress:
             found = orbits.list_orbits(chosen, progress=progress)
         warnings = _warnings(chosen, [])
         print_warnings(warnings)
@@ -72,7 +72,7 @@ def orbit(
             print(f"  {orbits.find_orbit(chosen).text}")
         return
     if vary is None or limits is None:
-        with progress_bar(f"searching the orbit of {chosen.name}") as progress:
+        with progress_bar(f"searching the orbit of {chosen.title}") as progress:
             result = orbits.find_orbit(chosen, progress=progress)
         warnings = _warnings(chosen, [])
         print_warnings(warnings)

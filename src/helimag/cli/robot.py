@@ -94,13 +94,13 @@ def program(
         robot.checked_name(name)
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
     robot.feasible_or_refused(plan)
-    with progress_bar(f"simulating {plan.scenario.name}") as progress:
+    with progress_bar(f"simulating {plan.scenario.title}") as progress:
         run = robot.rehearse(plan, progress=progress)
     written = robot.write_programme(plan, output, run=run, name=name, accept_unbounded=accept_unbounded, spline=spline)
     if json:
         print_json({"files": [str(path) for path in written], "verdict": str(run.verdict), **robot.report(plan)})
         return
-    print(f"{plan.scenario.name}: {run.verdict}, {run.judgement.reason}")
+    print(f"{plan.scenario.title}: {run.verdict}, {run.judgement.reason}")
     print(f"  expected duration {plan.duration:.1f} s, {len(plan.unwindings)} unwindings")
     for path in written:
         print(f"  {path}")
@@ -170,7 +170,7 @@ def replay(
         print_json({"replayed": judged(run), "planned": judged(planned)})
         return
     print(f"{log.name}: {run.verdict}, {run.judgement.reason}; gain {run.gain:.3f}")
-    print(f"{chosen.name} as planned: {planned.verdict}, {planned.judgement.reason}; gain {planned.gain:.3f}")
+    print(f"{chosen.title} as planned: {planned.verdict}, {planned.judgement.reason}; gain {planned.gain:.3f}")
 
 
 @app.command
@@ -204,14 +204,14 @@ def jitter(
         errors = robot.measured_jitter(chosen, robot.read_log(spectrum, _cell(cell)), spectrum.name)
     else:
         errors = robot.load_jitter(spectrum)
-    with progress_bar(f"simulating {chosen.name} with errors") as progress:
+    with progress_bar(f"simulating {chosen.title} with errors") as progress:
         ensembles = robot.study(chosen, errors, draws=draws, seed=seed, progress=progress)
     judged = {"none": [next(iter(ensembles.values())).judgement]}
     judged |= {kind: ensemble.judgements for kind, ensemble in ensembles.items()}
     if json:
         print_json({"source": errors.source, "outcomes": [outcome_data(kind, runs) for kind, runs in judged.items()]})
         return
-    print(f"{chosen.name}, errors {errors.source}")
+    print(f"{chosen.title}, errors {errors.source}")
     for kind, runs in judged.items():
         print_outcome(kind, runs)
 
@@ -231,7 +231,7 @@ def _plan(scenario: "Scenario", cell: Path | None, unwind: bool) -> "ArmPlan":
 def _simulated(scenario: "Scenario") -> "Trajectory":
     from helimag.engine import simulate
 
-    with progress_bar(f"simulating {scenario.name}") as progress:
+    with progress_bar(f"simulating {scenario.title}") as progress:
         return simulate(scenario, progress=progress)
 
 

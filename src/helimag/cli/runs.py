@@ -86,7 +86,7 @@ def simulate(
         if output.suffix.lower() not in (".nc", ".nc4", ".h5"):
             raise InputError(f"--output must end in .nc (netCDF, which is HDF5); got '{output}'")
     chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
-    with progress_bar(f"simulating {chosen.name}") as progress:
+    with progress_bar(f"simulating {chosen.title}") as progress:
         trajectory = run(chosen, device=device, progress=progress)
     if output is not None:
         trajectory.save(output)
@@ -94,7 +94,7 @@ def simulate(
     if orbit:
         from helimag.orbits import explain
 
-        with progress_bar(f"continuing {chosen.name}") as progress:
+        with progress_bar(f"continuing {chosen.title}") as progress:
             outlook = explain(trajectory, progress=progress)
     warnings = validity_warnings(trajectory.dataset.attrs)
     print_warnings(warnings)
@@ -138,7 +138,7 @@ def _outlook_report(outlook: "Outlook | None") -> dict[str, Any]:
 
 def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path | None) -> None:
     judgement = trajectory.judgement
-    print(f"{scenario.name}: {judgement.verdict}, {judgement.reason}")
+    print(f"{scenario.title}: {judgement.verdict}, {judgement.reason}")
     print(
         f"  gain          {judgement.gain:.3f}  (y {1e3 * judgement.output:.2f} mm, u {1e3 * judgement.input:.2f} mm)"
     )
@@ -171,7 +171,7 @@ def resistance(scenario: ScenarioName, *, changes: Changes = None, json: Json = 
         report = {"resistance": matrix.tolist(), "mobility": mobility.tolist(), "model": model}
         print_json(report | {"error_estimate": error, "bound_violated": violated})
         return
-    print(f"{chosen.name}, {model}: force (N), torque (N m) per velocity (m/s), angular velocity (rad/s)")
+    print(f"{chosen.title}, {model}: force (N), torque (N m) per velocity (m/s), angular velocity (rad/s)")
     for row in matrix:
         print("  ".join(f"{entry:12.4e}" for entry in row))
     if error is not None:

@@ -13,7 +13,7 @@ def as_text(found: Diagnosis) -> str:
     drive = found.scenario.drive
     pull, net = (", ".join(f"{round(1e6 * x, 2) + 0.0:.2f}" for x in force) for force in (found.pull, found.net_force))
     lines = [
-        f"{found.scenario.name}: at the start, {1e3 * found.start_distance:.1f} mm from the magnet",
+        f"{found.scenario.title}: at the start, {1e3 * found.start_distance:.1f} mm from the magnet",
         f"  magnets       {_moment(found)}",
         f"  pull          ({pull}) uN, mean over a turn in step",
         f"  net weight    {1e6 * found.net_weight:.2f} uN; net force ({net}) uN",
@@ -59,7 +59,7 @@ def as_json(found: Diagnosis) -> dict[str, Any]:
     """One object, SI, angles in degrees where the name says so."""
     low, high = found.roll_rates
     return {
-        "name": found.scenario.name,
+        "name": found.scenario.title,
         "start_distance_m": found.start_distance,
         "magnet_moment_a_m2": found.moment[0],
         "magnet_moment_uncertainty_a_m2": found.moment[1],

@@ -242,5 +242,5 @@ def _checked_histories(
         raise InputError(f"after must hold a history (or None) for each of {len(scenarios)} runs; got {len(after)}")
     for scenario, history in zip(scenarios, after, strict=True):
         if history is not None and history.scenario != scenario:
-            raise InputError(f"after must hold histories of the same scenarios; '{history.scenario.name}' differs")
+            raise InputError(f"after must hold histories of the same scenarios; '{history.scenario.title}' differs")
     return after

@@ -123,7 +123,7 @@ def trajectory_of(history: History) -> Trajectory:
     """
     scenario = history.scenario
     if history.status is End.NOT_FINITE:
-        raise RunError(f"the run '{scenario.name}' {Reason.NUMBERS_BROKE_DOWN.text(time=history.time[-1])}")
+        raise RunError(f"the run '{scenario.title}' {Reason.NUMBERS_BROKE_DOWN.text(time=history.time[-1])}")
     states = history.states
     seen = observed(scenario, history.time, states)
     long_axis = long_axes(states[:, 3:])
@@ -145,7 +145,7 @@ def trajectory_of(history: History) -> Trajectory:
             "slips": history.slips,
         },
         {
-            "name": scenario.name,
+            "name": scenario.title,
             "source": "simulated",
             "frames": "lab: z up; body: x from helix to head, y along the moment; angles in rad",
             "initial_gap": heights.initial_gap,

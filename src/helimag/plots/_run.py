@@ -8,11 +8,11 @@ from matplotlib.figure import Figure, SubFigure
 
 from helimag.plots import _series as series
 from helimag.plots._path import draw_path
-from helimag.plots._quantities import Shown, shown, slipping_spans
+from helimag.plots._quantities import Shown, inputs_of, shown, slipping_spans
 from helimag.plots._style import FULL_WIDTH, MM, styled
 from helimag.runs.trajectory import Trajectory
 
-HEAD_HEIGHT = 14.0 * MM
+HEAD_HEIGHT = 17.0 * MM
 PANEL_HEIGHT = 26.0 * MM
 LEAST_HEIGHT = 95.0 * MM
 FOOT = 10.5 * MM  # below the colour bar
@@ -88,8 +88,8 @@ def _draw_series(figure: SubFigure, panels: list[Callable[[Axes, Shown], None]],
 
 
 def _title(run: Shown) -> str:
-    """Verdict and gain."""
-    lines = [run.verdict]
+    """Inputs, verdict and gain."""
+    lines = [*([] if run.scenario is None else [inputs_of(run.scenario)]), run.verdict]
     if run.judgement is not None:
         judgement = run.judgement
         ratio = f"{1e3 * judgement.output:.1f} mm / {1e3 * judgement.input:.1f} mm"

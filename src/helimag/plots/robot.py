@@ -66,7 +66,7 @@ def draw_joints(plan: ArmPlan) -> Figure:
         panels[0, 1].set_title("speed; shaded: more than the cell allows")
         for axes in panels[-1]:
             axes.set_xlabel("time (s)")
-        title = f"{plan.scenario.name}, {plan.cell.arm.name}"
+        title = f"{plan.scenario.title}, {plan.cell.arm.name}"
         figure.suptitle(title if plan.offence is None else f"{title}: {plan.offence}", fontsize=8.0)
     return figure
 

@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 _KINDS = {"time": q.TIME, "x": q.LENGTH, "y": q.LENGTH, "z": q.LENGTH, "a": q.ANGLE, "b": q.ANGLE, "c": q.ANGLE}
 _CHOICES = {"frame": ("lab", "base"), "pose": ("tool", "flange"), "motor axis": ("along", "against")}
 CLOSEST = 1e-3  # s, between samples of a programme: over less, a spline would make speed of rounding
+COARSE = math.radians(150.0)  # between rows: nearer to half a turn, forwards and backwards look the same
 _DEFAULTS = {"motor axis": "along"}
 
 
@@ -60,6 +61,7 @@ def read_log(path: str | Path, cell: Cell) -> Log:
     try:
         table.check_rises("time")
         marks = _marks(table.comments)
+        motor = unwrapped(table.values["motor"]) if "motor" in table.values else None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     columns = table.values
@@ -70,7 +72,27 @@ def read_log(path: str | Path, cell: Cell) -> Log:
     if marks["frame"] == "base":
         pose = inverse(cell.lab_in_base) @ pose
     time = columns["time"] - columns["time"][0]
-    return Log(time, pose, columns.get("motor"), marks["motor axis"] == "against")
+    return Log(time, pose, motor, marks["motor axis"] == "against")
+
+
+def unwrapped(motor: Floats) -> Floats:
+    """A motor's angle (n,) in rad without the jumps of one that is recorded within a turn.
+
+    Raises
+    ------
+    InputError
+        Where it turns so far between two rows that its sense cannot be told.
+    """
+    if float(np.ptp(motor)) > 2.0 * math.pi * (1.0 + 1e-6):
+        return motor
+    whole = np.unwrap(motor)
+    steps = np.abs(np.diff(whole))
+    if steps.size and steps.max() > COARSE:
+        raise InputError(
+            f"motor turns {math.degrees(float(steps.max())):.0f} deg from row to row within a turn, so that its sense "
+            f"cannot be told; record it at least every {math.degrees(COARSE):.0f} deg, or without jumps"
+        )
+    return np.asarray(whole)
 
 
 def _marks(comments: Sequence[str]) -> dict[str, str]:

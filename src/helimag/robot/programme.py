@@ -100,7 +100,7 @@ def _other_texts(plan: ArmPlan, name: str, header: list[str]) -> dict[str, str]:
 def feasible_or_refused(plan: ArmPlan) -> None:
     """Raise InputError where the arm cannot run a plan, saying when, which joint and what value, and what to do."""
     if plan.offence is not None:
-        raise InputError(f"the arm cannot run '{plan.scenario.name}': {plan.offence}; {'; or '.join(remedies(plan))}")
+        raise InputError(f"the arm cannot run '{plan.scenario.title}': {plan.offence}; {'; or '.join(remedies(plan))}")
 
 
 def cell_hash(cell: Cell) -> str:
@@ -113,7 +113,7 @@ def _header(plan: ArmPlan, judged: Gate) -> list[str]:
     rate = motor_rows(plan)[0]
     return [
         f"helimag {version('helimag')}",
-        f"Scenario: {plan.scenario.name}",
+        f"Scenario: {plan.scenario.title}",
         f"Scenario hash: {plan.scenario.hash}",
         *shown(plan, judged),
         f"Arm: {plan.cell.arm.name}",

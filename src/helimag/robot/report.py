@@ -77,7 +77,7 @@ def with_unwinding(tried: ArmPlan) -> dict[str, Any] | None:
 def report(plan: ArmPlan) -> dict[str, Any]:
     """The feasibility report as plain data."""
     return {
-        "scenario": plan.scenario.name,
+        "scenario": plan.scenario.title,
         "scenario_hash": plan.scenario.hash,
         "arm": plan.cell.arm.name,
         "cell": plan.cell.name,

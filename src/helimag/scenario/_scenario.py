@@ -12,7 +12,9 @@ from helimag.errors import InputError
 from helimag.scenario._device import Device, Part
 from helimag.scenario._leaves import leaf, nowhere
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Workspace
+from helimag.scenario._titles import titled
 
+ORIGIN = "_origin"  # beside the fields, and none of them: what a scenario was changed from says nothing of what it is
 MARKS = ("published", "fitted", "assumed", "measured")
 
 
@@ -62,11 +64,27 @@ class Scenario(Part):
         return max(magnet.reach for magnet in self.magnet) + self.device.head_radius
 
     @property
+    def decisive(self) -> dict[str, Any]:
+        """All that decides the run, nested, as Python values; names, provenance and uncertainties do not."""
+        idle: Any = {"name": True, "provenance": True, "magnet": {"__all__": {"moment_uncertainty"}}}
+        return self.model_dump(mode="python", exclude=idle, exclude_none=True)
+
+    @property
     def hash(self) -> str:
         """SHA-256 of all that decides the run; names, provenance and uncertainties do not."""
-        idle: Any = {"name": True, "provenance": True, "magnet": {"__all__": {"moment_uncertainty"}}}
-        decisive = self.model_dump(mode="python", exclude=idle, exclude_none=True)
-        return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(self.decisive, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def title(self) -> str:
+        """The name, and what was changed since something had that name: what is run is called by it everywhere.
+
+        Examples
+        --------
+        >>> import helimag as hm
+        >>> hm.load("paper/fig3c").replaced({"drive.pitch": "15 deg"}).title
+        'paper/fig3c, drive.pitch 15 deg'
+        """
+        return titled(self, self.__dict__.get(ORIGIN))
 
     def replaced(self, changes: Mapping[str, object]) -> "Scenario":
         """Copy with fields changed, each named by its dotted path, such as ``{"drive.pitch": "15 deg"}``.
@@ -94,7 +112,10 @@ class Scenario(Part):
         data["provenance"] = {key: mark for key, mark in marks if not any(_overlap(key, path) for path in changes)}
         for path, value in changes.items():
             self._assign(data, path, value)
-        return validated(data, in_file=False)
+        changed = validated(data, in_file=False)
+        if changed.name == self.name:
+            changed.__dict__[ORIGIN] = self.__dict__.get(ORIGIN, self)
+        return changed
 
     def _assign(self, data: dict[str, Any], path: str, value: object) -> None:
         """Set the entry of the scenario's own nested data that a dotted path names."""

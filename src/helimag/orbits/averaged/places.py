@@ -22,7 +22,7 @@ def box_around(orbit: Orbit, *, reach: float | None = None) -> tuple[Floats, Flo
         Where the orbit was not found, or the box reaches no farther than nothing.
     """
     if not orbit.found:
-        raise InputError(f"{orbit.scenario.name} has no orbit that this could be around: {orbit.text}")
+        raise InputError(f"{orbit.scenario.title} has no orbit that this could be around: {orbit.text}")
     half = REACH * orbit.scenario.drive.distance if reach is None else reach
     if not half > 0.0:
         raise InputError(f"reach must be greater than zero; got {half:g} m")

@@ -84,7 +84,7 @@ def dataset_of(
         {
             "Conventions": "CF-1.11",
             "title": title,
-            "name": scenario.name,
+            "name": scenario.title,
             "source": "simulated",
             "frames": "moving: yaws and translates with the drive, the lab frame at t = 0; z up; angles in rad",
             **(about or {}),

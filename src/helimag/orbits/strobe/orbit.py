@@ -102,7 +102,7 @@ class Orbit:
         return f"{begin}unstable: {describe_rates(self.rates)}"
 
     def __repr__(self) -> str:
-        return f"<Orbit {self.scenario.name}: {self.text}>"
+        return f"<Orbit {self.scenario.title}: {self.text}>"
 
 
 def describe_rates(rates: Complexes, most: int = 2) -> str:

@@ -1,0 +1,63 @@
+"""Damaged netCDF files of runs: read as what they say, or refused in a line; never an exception of a library's."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import helimag as hm
+from helimag.runs import write_netcdf
+
+RUN = hm.Trajectory.from_arrays(
+    np.arange(5.0),
+    {"position": np.ones((5, 3)), "quaternion": np.tile([1.0, 0.0, 0.0, 0.0], (5, 1)), "slips": np.zeros(5)},
+    {"name": "run", "source": "simulated", "initial_gap": 0.1, "end": "horizon"},
+)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run") / "run.nc"
+    RUN.save(path)
+    return path
+
+
+@given(
+    flips=st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 255)), max_size=20),
+    keep=st.floats(0.0, 1.0) | st.none(),
+)
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+def test_damaged_bytes(whole, flips, keep):
+    content = bytearray(whole.read_bytes())
+    for place, value in flips:
+        content[place % len(content)] = value
+    damaged = whole.with_name("damaged.nc")
+    damaged.write_bytes(content[: None if keep is None else int(keep * len(content))])
+    try:
+        run = hm.Trajectory.load(damaged)
+    except hm.HelimagError as error:
+        assert str(damaged) in str(error)  # noqa: PT017
+    else:
+        assert np.isfinite(run.dataset["position"].values).all()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda d: d.assign_attrs(initial_gap=np.nan), "initial_gap must be a finite number"),
+        (lambda d: d.assign_attrs(initial_gap="wide"), "initial_gap must be a finite number"),
+        (lambda d: d.assign_attrs(end="soon"), "end must be one of"),
+        (lambda d: d.drop_vars("position"), "needs position"),
+        (lambda d: d.isel(axis=[0, 1]), "3 entries along axis"),
+        (lambda d: d.assign(slips=("axis", np.zeros(3))), "slips must have the dimensions time"),
+        (lambda d: d.assign_coords(time=np.zeros(5)), "time must hold finite seconds"),
+        (lambda d: d.isel(time=[]), "time must hold finite seconds"),
+        (lambda d: d.assign(position=d["position"] * np.nan), "position must be known"),
+        (lambda d: d.assign(quaternion=d["quaternion"] * 2.0), "length 1"),
+        (lambda d: d.assign(slips=d["slips"] + 1e300), "sensible numbers"),
+    ],
+)
+def test_what_no_run_can_be_is_refused(tmp_path, spoil, words):
+    write_netcdf(spoil(RUN.dataset), tmp_path / "a.nc")
+    with pytest.raises(hm.HelimagError, match=words):
+        hm.Trajectory.load(tmp_path / "a.nc")
