@@ -143,7 +143,9 @@ def assemble(
     ]
     if clock_offset is None:
         offset = _clock(views, rig)
-    joined = _joined((views[0].sighting, views[1].sighting), offset.value, rig, APART)
+    modelled = all(camera.wall is not None for camera in rig.cameras)  # else the views differ by what is left out
+    limit = APART if modelled else ROUGHLY_APART
+    joined = _joined((views[0].sighting, views[1].sighting), offset.value, rig, limit)
     poses = _poses(joined, rig, shape)
     spread = _spread(joined, views, offset)
     fresh = covariances(rig, shape, poses, spread, np.ones(joined.frames.size))
