@@ -15,7 +15,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 def nothing_said_of_compiling() -> Iterator[None]:
     """Tests compare stderr; whether kernels must be compiled first depends on the machine and on the tests before."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("helimag.engine.kernels.announce", lambda: None)
+        patch.setattr("helimag.engine.patience.announce", lambda _: None)
         yield
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from helimag.engine.patience import announced
 from helimag.engine.structures import structs
 from helimag.geometry import magnet_start
 from helimag.hydrodynamics import mobility, net_weight, resistance
@@ -39,11 +40,13 @@ def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
 @lru_cache(maxsize=64)  # batches that differ in their drives alone are packed again and again
 def _body(device: Device, fluid: Fluid) -> dict[str, object]:
     force, moment = net_weight(device, fluid)
+    with announced("solving for the drag of this device, once (some ten seconds) ..."):
+        matrix = resistance(device, fluid)
     return {
         "magnetic_moment": device.magnetic_moment,
         "net_weight": force,
         "weight_moment": moment,
-        "mobility": mobility(resistance(device, fluid)),
+        "mobility": mobility(matrix),
     }
 
 

@@ -123,6 +123,8 @@ def advancing(
     jobs = _jobs(
         scenarios, [system(scenario) for scenario in scenarios], states, _checked_histories(scenarios, after), device
     )
+    for job in jobs:
+        job.system.medium.pack(job.scenarios, device)  # tables are made here, where Ctrl-C is heard, and kept
     for formulas in {job.system: None for job in jobs}:
         ready(build_advance(formulas, method), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from helimag.engine.medium import Medium
+from helimag.engine.patience import announced
 from helimag.hydrodynamics import resistance
 from helimag.hydrodynamics.boundary import mobility_changes, wall_table
 from helimag.physics.walls import FloorAndSurface, Symmetric, WallGrid, near_walls, seen_walls
@@ -39,7 +40,8 @@ def _walls(scenario: Scenario, device: str) -> Any:
 @lru_cache(maxsize=64)
 def _grid(body: Device, fluid: Fluid, kind: Any, device: str) -> Any:
     """One table as the kernels take it."""
-    table = wall_table(body, kind)
+    with announced(f"making the table of drag near the {kind} for this device, once (some minutes) ..."):
+        table = wall_table(body, kind)
     free = resistance(body, fluid)
     changes = np.ascontiguousarray(mobility_changes(table, free, fluid.viscosity)[..., UPPER[0], UPPER[1]])
     grid = WallGrid()

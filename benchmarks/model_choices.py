@@ -1,0 +1,65 @@
+"""How much the choice of a model matters: Fig. 3 and Table I under both magnets, both kinds of drag, and near walls.
+
+Run: python benchmarks/model_choices.py. Every row is a preset, every column a choice; a cell says how the run ends and,
+where it stays, its range of heights. The first run makes tables of drag near floor and surface, which takes minutes.
+The last line is the time of a run near walls beside the same run in open water.
+"""
+
+import time
+
+from helimag.engine import History, advance
+from helimag.outcomes import End
+from helimag.scenario import Scenario, load
+
+FIGURE_3 = [f"paper/fig3{letter}" for letter in "abc"]
+TABLE_1 = [f"paper/table1-row{row}" for row in range(1, 8)]
+DRAGS = {
+    "resistive force": {"model": "lighthill"},
+    "boundary": {"model": "boundary"},
+    "boundary, near walls": {"model": "boundary", "near_walls": True},
+}
+REPEATS = 5
+
+
+def outcome(history: History) -> str:
+    """How a run ended, in a few words."""
+    heights = history.heights
+    span = 1e3 * float(heights.high.max() - heights.low.min())
+    end = "inside" if history.status is End.HORIZON else str(history.status)
+    return f"{end} {history.time[-1]:.0f} s, {span:.1f} mm"
+
+
+def chosen(name: str, field: str, drag: dict[str, object]) -> Scenario:
+    """A preset under a choice of models; its marks speak of other values."""
+    return load(name).replaced({"magnet.field": field, "device.hydrodynamics": drag, "provenance": {}})
+
+
+def main() -> None:
+    """Print the table."""
+    choices = [(field, drag) for drag in DRAGS for field in ("dipole", "cylinder")]
+    print("| preset | " + " | ".join(f"{field}, {drag}" for field, drag in choices) + " |")
+    print("|---" * (len(choices) + 1) + "|")
+    for name in FIGURE_3 + TABLE_1:
+        wanted = [choice for choice in choices if "walls" not in choice[1] or name in TABLE_1]
+        histories = advance([chosen(name, field, DRAGS[drag]) for field, drag in wanted])
+        cells = [outcome(history) for history in histories] + ["no walls"] * (len(choices) - len(wanted))
+        print(f"| `{name}` | " + " | ".join(cells) + " |", flush=True)
+    seconds = {}
+    for drag in ("boundary", "boundary, near walls"):
+        # far from the magnet's pull, level in the middle of a tank so deep that the run ends nowhere
+        run = chosen("paper/fig3c", "dipole", DRAGS[drag]).replaced(
+            {"workspace.floor": -0.5, "workspace.surface": 0.5, "run.duration": 600.0, "device.weight.net_weight": 1e-5}
+        )
+        advance([run.replaced({"run.duration": 1.0})])
+        times = []
+        for _ in range(REPEATS):
+            begun = time.process_time()
+            (history,) = advance([run], threads=1)
+            times.append((time.process_time() - begun) / (history.steps + history.rejected))
+        seconds[drag] = min(times)
+    near, free = seconds["boundary, near walls"], seconds["boundary"]
+    print(f"a step near walls takes {near / free:.2f} times as long as in open water ({1e6 * free:.2f} us)")
+
+
+if __name__ == "__main__":
+    main()
