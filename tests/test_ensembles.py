@@ -84,6 +84,6 @@ def test_what_does_not_fit_is_named():
 
 
 def test_a_run_that_breaks_down_is_no_verdict():
-    broken = SHORT.replaced({"fluid.viscosity": 1e-30})
+    broken = SHORT.replaced({"device.weight.net_weight": 1e300})
     with pytest.raises(RunError, match="broke down"):
         ensemble(broken, Perturbation(displacement=1e-6), runs=1)

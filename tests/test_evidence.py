@@ -104,18 +104,23 @@ def test_the_slowest_decides():
 
 
 @pytest.mark.parametrize("name", ["paper/fig3a", "paper/fig3b", "paper/fig3c"])
-@pytest.mark.parametrize("duration", ["5 s", "1 s", "120 s", 1e-320])
+@pytest.mark.parametrize("duration", ["5 s", "1 s", "120 s", 1e-9])
 def test_a_short_run_is_undecided(name, duration):
     judgement = simulate(load(name), duration=duration).judgement
     assert (judgement.verdict, judgement.cause) == (Verdict.UNDECIDED, Reason.TOO_SHORT)
     assert "run 1000 s or more (run.duration)" in judgement.reason
 
 
-@pytest.mark.parametrize("change", [{"fluid.viscosity": "1e9 Pa s"}, {"drive.distance": "1000 km"}])
-def test_a_run_in_which_nothing_moves_is_undecided(change):
-    judgement = simulate(load("paper/fig3c").replaced(change)).judgement
+def test_a_run_in_which_nothing_moves_is_undecided():
+    judgement = simulate(load("paper/fig3c").replaced({"fluid.viscosity": "1e6 Pa s"})).judgement
     assert (judgement.verdict, judgement.cause) == (Verdict.UNDECIDED, Reason.NOTHING_MOVES)
     assert "fluid.viscosity" in judgement.reason
+
+
+def test_a_run_far_out_of_the_magnets_reach_is_undecided():
+    """It sinks by less than half a metre of the ninety that it would fall."""
+    judgement = simulate(load("paper/fig3c").replaced({"drive.distance": "90 m"})).judgement
+    assert (judgement.verdict, judgement.cause) == (Verdict.UNDECIDED, Reason.TOO_SHORT)
 
 
 def test_fig3c_is_not_bounded_and_slower_spinning_is():

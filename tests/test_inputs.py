@@ -93,7 +93,7 @@ CANNOT = [
     (SCENARIO, "device.weight.head_density", "vary one of device.weight.gravity_center, device.weight.net_weight"),
     (SCENARIO, "workspace.walls.x.low", "workspace.walls.x, which is not given"),
     (SCENARIO, "name", "it is text"),
-    (SCENARIO, "magnet.0.moment", "magnet has moment, radius"),
+    (SCENARIO, "magnet.0.moment", "magnet has moment, grade"),
     (TWO_MAGNETS, "magnet.moment", "by its index: magnet.0, magnet.1"),
 ]
 

@@ -5,11 +5,14 @@ import pytest
 import warp as wp
 
 import oracles
-from helimag.engine import loop
-from helimag.engine import packing as _pack
-from helimag.physics import magnetics
+from helimag.engine import DOP853, Control, pack_bodies, pack_drives, pack_magnets, system_of
+from helimag.engine.control import pack_controls
+from helimag.engine.events import Bounds, pack_bounds
+from helimag.engine.loop import Progress, build_advance
+from helimag.engine.samples import Record, Schedule, pack_schedules
+from helimag.engine.structures import structs
 from helimag.physics.balance import Swimmer
-from helimag.physics.kinematics import rpm_pose
+from helimag.physics.magnetics import FieldSource
 
 DIAGONAL = np.diag([0.10, 0.13, 0.13, 8e-9, 6e-6, 6e-6])
 NO_MAGNET = {"moment": 1e-30, "yaw": 0.0, "velocity": (0.0, 0.0, 0.0), "start": (0.0, 0.0, 0.0)}
@@ -53,7 +56,7 @@ def test_heavy_tail_turns_the_nose_up():
 
 
 # The one place where a spinning dipole's field turns uniformly is on its axis. From afar it is uniform in space too.
-FAR = 1e4
+FAR = 90.0  # m
 SPIN_DRAG = 8e-9
 CREEP = {"about": "magnet", "beta": 0.0, "yaw": 0.0, "start": (0.0, 0.0, 0.0), "weight": 0.0, "gravity_center": 0.0}
 
@@ -118,21 +121,24 @@ def test_dissipation_is_positive_along_a_run():
 def fixed_steps(c, duration, steps):
     """The final state with equal steps: no tolerance can be missed, and the longest step is what is asked for."""
     scenario = oracles.scenario_of(c, f'[run]\nduration = "{duration!r} s"\ninterval = "{duration!r} s"')
-    clocks = _pack.pack_clocks([scenario], 1e300)
-    clocks["longest"] = duration / steps * (1 + 1e-12)
+    controls = pack_controls([scenario], 1e300)
+    controls["longest"] = duration / steps * (1 + 1e-12)
     inputs = [
-        (_pack.pack_bodies([scenario]), Swimmer),
-        (_pack.pack_magnets([scenario]), magnetics.FieldSource),
-        (clocks, loop.Clock),
-        (_pack.pack_bounds([scenario]), loop.Bounds),
+        (pack_magnets([scenario]), FieldSource),
+        (controls, Control),
+        (pack_bounds([scenario]), Bounds),
+        (pack_schedules([scenario]), Schedule),
     ]
-    start = _pack.structs(loop.Progress, [{"state": oracles.start_of(c), "step": 1.0}])
-    progress = wp.array(start, dtype=loop.Progress, device="cpu")
-    records = wp.zeros((1, 2), dtype=loop.Record, device="cpu")
-    arrays = [wp.array(values, dtype=kind, device="cpu") for values, kind in inputs]
-    arrays.insert(1, _pack.pack_drives([scenario], "cpu"))
-    kernel = loop.build_advance(magnetics.point_dipole, rpm_pose)
-    wp.launch(kernel, dim=1, inputs=[*arrays, 0, 2, progress, records], device="cpu")
+    system = system_of(scenario)
+    arrays = [
+        wp.array(pack_bodies([scenario]), dtype=Swimmer, device="cpu"),
+        system.medium.pack([scenario], "cpu"),
+        pack_drives([scenario], "cpu"),
+        *(wp.array(values, dtype=kind, device="cpu") for values, kind in inputs),
+    ]
+    progress = wp.array(structs(Progress, [{"state": oracles.start_of(c), "step": 1.0}]), dtype=Progress, device="cpu")
+    records = wp.zeros((1, 2), dtype=Record, device="cpu")
+    wp.launch(build_advance(system, DOP853), dim=1, inputs=[*arrays, 2 * steps, progress, records], device="cpu")
     end = progress.numpy()[0]
     assert end["steps"] == steps
     assert end["rejected"] == 0

@@ -59,7 +59,7 @@ def system_of(scenario: Scenario) -> System:
     """The formulas that a scenario asks for."""
     pose = rpm_pose if scenario.drive.path is None else sampled_rpm_pose
     workspace, device = scenario.workspace, scenario.device
-    near = device.hydrodynamics.near_walls and not (workspace.floor is None and workspace.surface is None)
+    near = bool(device.hydrodynamics.near_walls) and not (workspace.floor is None and workspace.surface is None)
     return System(MAGNET_MODELS[scenario.magnet[0].field], pose, NEAR_WALLS if near else OPEN_WATER)
 
 

@@ -50,7 +50,8 @@ def judge(run: Heights) -> Judgement:
 
     Examples
     --------
-    A head that sinks by 3 mm within the first minute, 150 mm below the magnet, and stays there:
+    A head that sinks by 3 mm within the first minute, 150 mm below the magnet, and stays there; without a word on how
+    slow such a run can be, ten minutes of it decide nothing:
 
     >>> time = np.linspace(0.0, 600.0, 101)
     >>> height = -0.003 * np.minimum(time / 60.0, 1.0)
@@ -61,7 +62,7 @@ def judge(run: Heights) -> Judgement:
     ... )
     >>> judgement = judge(run)
     >>> round(judgement.gain, 6), str(judgement.verdict)
-    (0.02, 'bounded')
+    (0.02, 'undecided')
     """
     for name in ("time", "low", "high", "mean", "attack", "attack_square"):
         values = getattr(run, name)

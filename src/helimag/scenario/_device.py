@@ -143,7 +143,7 @@ class Hydrodynamics(Part):
     model: Literal["lighthill", "gray-hancock", "boundary", "matrix"] = "lighthill"
     resistance: tuple[tuple[float, ...], ...] | None = None
     tolerance: float | None = None  # relative, of the boundary model; 0.01 where not given
-    near_walls: bool = False  # whether floor and surface change the drag of the boundary model
+    near_walls: bool | None = None  # whether floor and surface change the drag of the boundary model; not if left out
 
     @model_validator(mode="after")
     def _tolerance_fits(self) -> Self:
