@@ -11,7 +11,7 @@ from helimag.engine import simulate
 from helimag.errors import InputError
 from helimag.robot import forward, load_cell, magnet_path, plan, report
 from helimag.robot.arm.collision import capsules, clearances, segment_box_distance, tool_frames_in_base
-from helimag.robot.arm.path import Kind
+from helimag.robot.arm.path import MotionKind
 from helimag.robot.timed import timed_table
 from helimag.scenario import load
 
@@ -58,7 +58,7 @@ def test_path_is_the_one_that_the_simulation_uses(name, about):
 def test_straight_runs_of_table_1_are_feasible(name):
     found = plan(load(name), CELL)
     assert found.feasible
-    assert [motion.kind for motion in found.motions] == [Kind.LINE]
+    assert [motion.kind for motion in found.motions] == [MotionKind.LINE]
     margins = report(found)["margins"]
     assert min(margins["joint_limits_deg"].values()) > 10.0
     assert margins["singularity_deg"] > 10.0

@@ -163,7 +163,8 @@ def kind_of(annotation: object, schema: dict[str, Any]) -> str:
         return "table, or array of tables" if inner == "table" else f"array, each {inner}"
     if "examples" in schema:
         return f'{schema["description"]}, such as `"{schema["examples"][0]}"`'
-    return {"string": "text", "object": "table", "number": "number"}.get(str(schema.get("type")), "value")
+    others = {"string": "text", "object": "table", "number": "number", "boolean": "`true` or `false`"}
+    return others.get(str(schema.get("type")), "value")
 
 
 def sign_of(annotation: object, metadata: list[object]) -> str:

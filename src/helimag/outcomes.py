@@ -258,12 +258,8 @@ class BasinEnd(Term):
 class End(Term):
     """Why a run stopped: what the time loop writes into a run's state, and what is stored with it.
 
-    Attributes
-    ----------
-    cause
-        The reason for the verdict, where the end alone decides it; None where the heights do.
-    search, basin
-        What such an end means to a search for an orbit, and to a basin; None where it says nothing.
+    ``cause`` is the reason for the verdict, where the end alone decides it; None where the heights do. ``search`` and
+    ``basin`` are what such an end means to a search for an orbit, and to a basin; None where it says nothing.
     """
 
     cause: Reason | None

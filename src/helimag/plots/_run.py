@@ -42,8 +42,8 @@ def draw_run(trajectory: Trajectory) -> Figure:
     with styled():
         height = max(LEAST_HEIGHT, HEAD_HEIGHT + PANEL_HEIGHT * len(panels))
         figure = Figure(figsize=(FULL_WIDTH, height), layout="constrained")
-        figure.suptitle("\n" + _title(run), x=0.012, ha="left", fontsize=7.5, linespacing=1.4)
-        figure.text(0.012, 0.98, run.name, va="top", weight="bold", fontsize=8.0)
+        figure.suptitle("\n" + _title(run), x=0.012, ha="left", fontsize=7.5, linespacing=1.4, wrap=True)
+        figure.text(0.012, 0.99, run.name, va="top", weight="bold", fontsize=8.0)
         left, right = np.asarray(figure.subfigures(1, 2, width_ratios=(1.0, 1.2)))
         _draw_path(left, run)
         _draw_series(right, panels, run)
