@@ -212,7 +212,7 @@ def _coordinates(design: ResolvedPlan) -> dict[str, Any]:
 
 def check_names(design: ResolvedPlan) -> None:
     """Raise InputError where a dimension that the plan names has the name of something else in the store."""
-    named = [axis for axis in design.axes if axis.values]  # the others lie along the store's own dimension of points
+    named = [axis for axis in design.axes if axis.bounds is None]  # the others lie along the dimension of points
     own = {axis.name for axis in named if axis.name == axis.dimension}
     taken = {*variables(design), *_coordinates(design), *FURTHER, "time", "point"} - own
     for axis in named:
