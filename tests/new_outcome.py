@@ -36,7 +36,7 @@ def add_outcomes() -> None:
 def main(folder: Path) -> dict[str, object]:
     add_outcomes()
     from helimag.cli.runs import _report
-    from helimag.orbits import Basin, Comparison, Orbit, basin_dataset, comparison_dataset
+    from helimag.orbits import Basin, Orbit, OrbitComparison, basin_dataset, comparison_dataset
     from helimag.orbits.datasets import Along
     from helimag.outcomes import BasinEnd, OrbitStatus, Reason
     from helimag.plots import draw_basin
@@ -50,7 +50,7 @@ def main(folder: Path) -> dict[str, object]:
     export(data, folder / "s.csv")
     nodes = nodes_of(data)
     blank, false = np.full(nodes.verdicts.shape, np.nan), np.zeros(nodes.verdicts.shape, bool)
-    compared = Comparison(nodes.verdicts, blank, blank, np.full((*blank.shape, 7), np.nan), false, false)
+    compared = OrbitComparison(nodes.verdicts, blank, blank, np.full((*blank.shape, 7), np.nan), false, false)
     inputs = {axis.field: Along(axis.dimension, "1", axis.values) for axis in nodes.axes}
     beside = comparison_dataset(compared, nodes.base, inputs, nodes.dimensions)["verdict"]
     scenario = helimag.load("paper/fig3c")

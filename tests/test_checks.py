@@ -235,19 +235,15 @@ def test_a_run_holds_its_cautions_in_its_file(tmp_path):
     assert held[0].keys() >= {"setting", "threshold", "message", "remedy", "runs", "of"}
 
 
-@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell, on purpose
-def test_a_sweep_says_each_once_in_its_store_and_on_stderr(tmp_path, monkeypatch, capsys):
-    from helimag.cli import main
-
+def test_a_sweep_says_each_once_in_its_store_and_on_stderr(helimag, tmp_path):
     plan = tmp_path / "plan.toml"
     plan.write_text(
         'base = "paper/fig3c"\nduration = "1 s"\n[[axis]]\nfield = "drive.frequency"\nstart = "2 Hz"\nstop = "8 Hz"\n'
         "count = 4\n"
     )
-    words = ["helimag", "sweep", str(plan), "-o", str(tmp_path / "out.zarr"), "--json"]
-    monkeypatch.setattr("sys.argv", words)
-    main()
-    out, err = capsys.readouterr()
+    words = ["sweep", plan, "-o", tmp_path / "out.zarr", "--json"]
+    status, out, err = helimag(*words)
+    assert status == 0
     warnings = json.loads(out)["warnings"]
     assert [line for line in err.splitlines() if "warning" in line] == [
         f"helimag: warning: {warning['text']}" for warning in warnings
@@ -256,5 +252,5 @@ def test_a_sweep_says_each_once_in_its_store_and_on_stderr(tmp_path, monkeypatch
     assert (step["runs"], step["of"], step["where"]) == (2, 4, "drive.frequency = 8 Hz")
     stored = json.loads(hm.load_sweep(tmp_path / "out.zarr").attrs["validity_warnings"])
     assert stored == warnings
-    main()  # nothing is left to compute, and it says the same
-    assert json.loads(capsys.readouterr().out)["warnings"] == warnings
+    again = helimag(*words)  # nothing is left to compute, and it says the same
+    assert json.loads(again.out)["warnings"] == warnings

@@ -9,7 +9,6 @@ from scipy.special import ellipe
 
 import helimag as hm
 import oracles
-from helimag.cli import main
 from helimag.diagnosis import as_json, as_text, diagnose
 from helimag.diagnosis.scenario import balance_distance, carrying_velocity
 from helimag.diagnosis.turn import over_a_turn
@@ -173,26 +172,21 @@ def test_sources_are_those_of_the_file():
     assert sum(map(len, found.sources.values())) == len(found.scenario.provenance)
 
 
-@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell, on purpose
-def test_the_command_prints_what_was_found(monkeypatch, capsys):
+def test_the_command_prints_what_was_found(helimag):
     scenario = hm.load("paper/fig3c")
-    monkeypatch.setattr("sys.argv", ["helimag", "doctor", "paper/fig3c", "--json"])
-    main()
-    report = json.loads(capsys.readouterr().out)
+    status, out, err = helimag("doctor", "paper/fig3c", "--json")
+    assert (status, err) == (0, "")
+    report = json.loads(out)
     assert report == json.loads(json.dumps(as_json(diagnose(scenario))))
     assert {check["name"] for check in report["checks"] if not check["holds"]} == {
         "slenderness",
         "pitch_angle",
         "enclosing_body",
     }
-    monkeypatch.setattr("sys.argv", ["helimag", "doctor", "paper/fig3c"])
-    main()
-    assert capsys.readouterr().out == as_text(diagnose(scenario)) + "\n"
-    monkeypatch.setattr("sys.argv", ["helimag", "doctor", "--set", "drive.pitch=1 deg"])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert stop.value.code == 2
-    assert "--set needs a scenario" in capsys.readouterr().err
+    assert helimag("doctor", "paper/fig3c").out == as_text(diagnose(scenario)) + "\n"
+    status, _, err = helimag("doctor", "--set", "drive.pitch=1 deg")
+    assert status == 2
+    assert "--set needs a scenario" in err
 
 
 def test_words_give_the_numbers_in_shown_units():

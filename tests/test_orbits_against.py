@@ -2,7 +2,7 @@
 
 import json
 import math
-import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import pytest
 import xarray
 
 import helimag as hm
-from helimag.cli import main
+from command_line import Said
 from helimag.cli.orbit_against import _inputs
 from helimag.orbits import OrbitComparison, Why, compare_with_orbits, comparison_dataset, stable_segments, survey
 from helimag.orbits.beside_runs.against import _why, away_from_boundary
@@ -19,9 +19,6 @@ from helimag.orbits.curves import OrbitGrid
 from helimag.orbits.strobe import Watch, open_water
 from helimag.outcomes import End, Verdict
 from helimag.sweeps import Nodes, nodes_of
-
-# as from a shell
-pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")
 
 PLAN = """
 base = "paper/fig3c"
@@ -161,15 +158,10 @@ def test_nodes_beside_the_boundary_are_those_with_a_neighbour_of_the_other_kind(
     assert away.sum() == 21
 
 
-def test_the_command_prints_draws_and_reports(
-    store: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_the_command_prints_draws_and_reports(helimag: Callable[..., Said], store: Path, tmp_path: Path) -> None:
     picture, data = tmp_path / "map.png", tmp_path / "map.nc"
-    words = ["orbit", "against", store, "--json", "-o", picture, "-o", data]
-    monkeypatch.setattr(sys, "argv", ["helimag", *(str(word) for word in words)])
-    main()
-    out, err = capsys.readouterr()
-    assert err == ""
+    status, out, err = helimag("orbit", "against", store, "--json", "-o", picture, "-o", data)
+    assert (status, err) == (0, "")
     report = json.loads(out)
     assert report["nodes"] == 12
     assert {case["why"] for case in report["cases"]} >= {"slow drift", "starts outside the basin"}

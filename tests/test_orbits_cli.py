@@ -78,7 +78,7 @@ def test_all_orbits_are_listed(monkeypatch, capsys):
     status, out, _ = run(monkeypatch, capsys, "orbit", *SCENARIO, "--all")
     assert status == 0
     first, *lines = out.splitlines()
-    assert first == f"paper/fig3c: {len(lines)} orbits found"
+    assert first == f"paper/fig3c, drive.frequency 2.5 Hz: {len(lines)} orbits found"
     assert len(lines) > 1
     assert "(-7.58, -12.77, -11.92) mm" in lines[0]
     assert ["unstable" in line for line in lines] == [False] + [True] * (len(lines) - 1)

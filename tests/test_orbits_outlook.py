@@ -69,7 +69,7 @@ def test_outlook_of_a_straight_run_looks_beyond_the_end_of_the_tank(orbit: hm.Or
     straight = orbit.scenario.replaced({"drive.yaw_rate": 0.0, "drive.velocity": ["0.4 mm/s", "0 mm/s", "0 mm/s"]})
     tank = straight.replaced({"workspace.walls.x": ["-200 mm", "10 mm"]})
     run = hm.simulate(tank, duration=10.0, initial_state=orbit.state)
-    assert run.verdict in (Verdict.BOUNDED, Verdict.DRIFTING)
+    assert run.verdict.inside
     open_water, walled = explain(hm.simulate(straight, duration=10.0, initial_state=orbit.state)), explain(run)
     assert walled.text == open_water.text
     assert "wall" not in walled.text

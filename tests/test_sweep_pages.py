@@ -4,19 +4,17 @@ import contextlib
 import io
 import re
 import shlex
-import sys
 from pathlib import Path
 
 import pytest
 
-from helimag.cli import main
+import command_line
 from helimag.sweeps import parse_plan, resolve
 
 PAGES = Path(__file__).parent.parent / "docs" / "howto"
 PAGE = PAGES / "sweep-on-a-cluster.md"
 
 
-@pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell, on purpose
 def test_the_how_to_runs_as_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = re.findall(
@@ -26,8 +24,8 @@ def test_the_how_to_runs_as_written(tmp_path, monkeypatch):
     Path("pitch.toml").write_text(plans[0], encoding="utf-8")
     (commands,) = [text for language, text in found if language == "console"]
     for line in commands.splitlines():
-        monkeypatch.setattr(sys, "argv", shlex.split(line.removeprefix("$ ")))
-        main()
+        done = command_line.run(*shlex.split(line.removeprefix("$ "))[1:])
+        assert done.status == 0, done.err
     for name in ("pitch.zarr", "pitch.csv", "pitch.png", "pitch.html"):
         assert Path(name).exists()
     (code,), (shown,) = ([text for language, text in found if language == kind] for kind in ("python", "text"))

@@ -113,7 +113,8 @@ def test_rows_agree_with_single_runs_and_failures_stay(done):
 
 
 def test_a_run_whose_numbers_break_down_is_a_failed_row(tmp_path):
-    text = PLAN.partition("[[axis]]")[0] + '[[axis]]\nfield = "fluid.viscosity"\nvalues = ["1 Pa s", "1e-12 Pa s"]\n'
+    axis = '[[axis]]\nfield = "device.weight.net_weight"\nvalues = ["28 uN", "1e300 N"]\n'
+    text = PLAN.partition("[[axis]]")[0] + axis
     dataset = helimag.sweep(parse_plan(text), out=tmp_path / "s.zarr")
     assert dataset["verdict"].values.tolist()[0] != Verdict.FAILED
     assert dataset["verdict"].values.tolist()[1] == Verdict.FAILED

@@ -212,9 +212,10 @@ def _coordinates(design: ResolvedPlan) -> dict[str, Any]:
 
 def check_names(design: ResolvedPlan) -> None:
     """Raise InputError where a dimension that the plan names has the name of something else in the store."""
-    own = {axis.name for axis in design.axes if axis.name == axis.dimension}
+    named = [axis for axis in design.axes if axis.bounds is None]  # the others lie along the dimension of points
+    own = {axis.name for axis in named if axis.name == axis.dimension}
     taken = {*variables(design), *_coordinates(design), *FURTHER, "time", "point"} - own
-    for axis in design.axes:
+    for axis in named:
         if axis.dimension != axis.name and axis.dimension in taken:
             raise InputError(
                 f"axis '{axis.field}': zip must not be '{axis.dimension}', which a sweep's result has already; "
