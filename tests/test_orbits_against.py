@@ -22,7 +22,7 @@ from helimag.sweeps import Nodes, nodes_of
 
 PLAN = """
 base = "paper/fig3c"
-duration = "900 s"
+duration = "1800 s"
 [[axis]]
 field = "drive.pitch"
 values = ["4.2 deg", "8 deg", "12.7 deg", "20 deg"]
@@ -95,7 +95,7 @@ def test_nodes_of_a_sweep_are_the_scenarios_that_were_run(store: Path) -> None:
     assert nodes.values_at(node) == {"drive.pitch": pytest.approx(math.radians(12.7)), "drive.frequency": 2.5}
     scenario = nodes.scenario_at(node)
     assert scenario is not None
-    assert scenario.run.duration == 900.0
+    assert scenario.run.duration == 1800.0
     assert str(hm.simulate(scenario).verdict) == nodes.verdicts[node]
 
 
@@ -123,6 +123,7 @@ def test_each_difference_is_run_on_and_named(store: Path) -> None:
     assert late.why is Why.SLOW_DRIFT
     assert late.later is Verdict.ATTRACTED
     assert late.later_end == pytest.approx(2275.0, abs=5.0)
+    assert listed[0, 0].why is Why.SHORT
     assert listed[1, 2].why is Why.BASIN
     assert result.beside[1, 2]
     assert "starts outside the basin" in result.text
