@@ -52,7 +52,7 @@ def compute(
     Parameters
     ----------
     scenarios
-        One a run; None where the point made no valid scenario. They may differ in the magnet's field model.
+        One a run; None where the point made no valid scenario.
     sample_times
         (times,): when to keep the state (s), where trajectories are kept.
     threads, progress
@@ -61,10 +61,9 @@ def compute(
     rows = empty_rows(len(scenarios), sample_times)
     _say(rows, slice(None), Reason.SCENARIO_REFUSED)
     valid = [(i, scenario) for i, scenario in enumerate(scenarios) if scenario is not None]
-    for model in sorted({scenario.magnet[0].field for _, scenario in valid}):
-        batch = [(i, scenario) for i, scenario in valid if scenario.magnet[0].field == model]
-        histories = advance([scenario for _, scenario in batch], threads=threads, progress=progress)
-        for (i, _), history in zip(batch, histories, strict=True):
+    if valid:
+        histories = advance([scenario for _, scenario in valid], threads=threads, progress=progress)
+        for (i, _), history in zip(valid, histories, strict=True):
             _fill(rows, i, history)
     return rows
 

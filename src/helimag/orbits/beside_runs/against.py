@@ -265,15 +265,11 @@ def _cases(
 
 
 def _run(scenarios: Mapping[Node, Scenario], starts: Floats | None, watch: Watch) -> dict[Node, History]:
-    """Runs in open water from starts (n, 7), by default the scenarios' own; a batch for each model of the field."""
-    nodes = list(scenarios)
-    result: dict[Node, History] = {}
-    for model in sorted({scenario.magnet[0].field for scenario in scenarios.values()}):
-        part = [k for k, scenario in enumerate(scenarios.values()) if scenario.magnet[0].field == model]
-        batch = [open_water(scenarios[nodes[k]]) for k in part]
-        histories = advance(batch, initial_states=None if starts is None else starts[part], progress=watch)
-        result |= {nodes[k]: history for k, history in zip(part, histories, strict=True)}
-    return {node: result[node] for node in nodes}
+    """Runs in open water from starts (n, 7), by default the scenarios' own."""
+    if not scenarios:
+        return {}
+    histories = advance([open_water(each) for each in scenarios.values()], initial_states=starts, progress=watch)
+    return dict(zip(scenarios, histories, strict=True))
 
 
 def _verdict(history: History) -> Verdict | None:
