@@ -8,6 +8,19 @@ from helimag.errors import FileError, InputError
 COMPILING = "compiling its kernels for this machine, once (about ten seconds) ..."
 
 
+def check_device(device: str) -> None:
+    """Refuse a device that this machine does not have.
+
+    Raises
+    ------
+    InputError
+        Where it has none of that name.
+    """
+    known = [str(d) for d in wp.get_devices()]
+    if device not in known and not (device == "cuda" and len(known) > 1):
+        raise InputError(f"device must be one of this machine's, {', '.join(known)}; got '{device}'")
+
+
 def ready(kernel: wp.Kernel, device: str) -> None:
     """Compile or load ``kernel`` for ``device``; where that takes seconds, as once on each machine, stderr says so.
 
@@ -18,9 +31,7 @@ def ready(kernel: wp.Kernel, device: str) -> None:
     FileError
         Where the compiled kernel cannot be kept.
     """
-    known = [str(d) for d in wp.get_devices()]
-    if device not in known and not (device == "cuda" and len(known) > 1):
-        raise InputError(f"device must be one of this machine's, {', '.join(known)}; got '{device}'")
+    check_device(device)
     target = wp.get_device(device)
     try:
         with announced(COMPILING):

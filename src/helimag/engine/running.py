@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from helimag.engine.batch import TOLERANCE, Batch, Stepping, started
 from helimag.engine.history import History
-from helimag.engine.kernels import ready
+from helimag.engine.kernels import check_device, ready
 from helimag.engine.loop import build_advance
 from helimag.engine.methods import DOP853, Method
 from helimag.engine.packing import pack_bodies, start_state
@@ -118,6 +118,7 @@ def advancing(
         raise InputError("scenarios must hold at least one; got none")
     if not tolerance > 0.0:
         raise InputError(f"tolerance must be greater than zero; got {tolerance}")
+    check_device(device)
     states = _checked_states(scenarios, initial_states)
     pack_bodies(scenarios)  # a device that cannot be is refused before anything is compiled
     jobs = _jobs(
