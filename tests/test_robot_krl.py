@@ -32,7 +32,7 @@ from helimag.robot.krl.instructions import arc_angle, arc_centre
 from helimag.robot.krl.writer import checked_name, comment, name_for, number
 from helimag.robot.programme import programme_texts
 from helimag.runs.trajectory import Trajectory
-from helimag.scenario import load
+from helimag.scenario import load, parse
 
 CELL = load_cell()
 
@@ -391,6 +391,23 @@ def test_only_the_programmes_own_run_opens_the_gate(tmp_path, cheat):
     assert "\n" not in str(caught.value)
     assert "leave the run out" in str(caught.value)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("off", "opens"), [(1e-15, True), (1e-12, True), (1e-7, False)])
+def test_a_path_computed_again_opens_the_gate_and_another_does_not(off, opens):
+    """NumPy's sums round otherwise at another address: one programme's path is the same run whatever its last bits."""
+    found, run = long_run()
+    scenario = parse(run.scenario_toml, "the run's")
+    path = scenario.drive.path.model_dump()
+    path["yaw"] = [yaw + off for yaw in path["yaw"]]
+    moved = scenario.replaced({"drive.path": path})
+    assert moved.hash != scenario.hash
+    again = Trajectory(run.dataset.assign_attrs(scenario=moved.to_toml(), scenario_hash=moved.hash))
+    if opens:
+        assert rehearsal.checked_run(found, again) is again
+    else:
+        with pytest.raises(InputError, match="with the programme's 8 unwindings"):
+            rehearsal.checked_run(found, again)
 
 
 def test_nobody_states_the_verdict():

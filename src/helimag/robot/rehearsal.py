@@ -15,6 +15,7 @@ from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario, parse
 
 WHOLE = 1.0 - 1e-9  # of the programme's duration: what counts as all of it
+ROUNDING = 1e-9  # m, rad and s: a path computed again, on another processor or at another address, differs by less
 
 
 def as_programmed(plan: ArmPlan) -> Scenario:
@@ -57,12 +58,12 @@ def checked_run(plan: ArmPlan, run: Trajectory) -> Trajectory:
     attributes, text = run.dataset.attrs, run.scenario_toml
     if attributes.get("source") != "simulated" or text is None or "quaternion" not in run.dataset:
         raise InputError(f"run must be a simulated one that holds its scenario and attitudes; {remedy}")
-    wanted, hash_ = as_programmed(plan), parse(text, "the run's scenario").hash
-    if hash_ != wanted.hash:
+    wanted, got = as_programmed(plan), parse(text, "the run's scenario")
+    if not _same_motion(wanted, got):
         what = f"the path of '{wanted.name}' with the programme's {len(plan.unwindings)} unwindings"
         raise InputError(
             f"run must be of {what} over {wanted.run.duration:.6g} s (hash {wanted.hash[:12]}); "
-            f"got one of hash {hash_[:12]}; {remedy}"
+            f"got one of hash {got.hash[:12]}; {remedy}"
         )
     time = run.heights.time
     first = np.concatenate([run.dataset["position"].values[0], run.dataset["quaternion"].values[0]])
@@ -73,6 +74,24 @@ def checked_run(plan: ArmPlan, run: Trajectory) -> Trajectory:
             f"run must last as long as the programme, {plan.duration:.6g} s; it stops at {time[-1]:.6g} s; {remedy}"
         )
     return run
+
+
+def _same_motion(one: Scenario, other: Scenario) -> bool:
+    """Whether two scenarios decide the same run: all the same, but for rounding of a sampled path and its end."""
+    ours, theirs = one.decisive, other.decisive
+    durations = [part["run"].pop("duration") for part in (ours, theirs)]
+    paths = [part["drive"].pop("path", {}) for part in (ours, theirs)]
+    return (
+        ours == theirs
+        and abs(durations[0] - durations[1]) < ROUNDING
+        and paths[0].keys() == paths[1].keys()
+        and all(_alike(column, paths[1][name]) for name, column in paths[0].items())
+    )
+
+
+def _alike(one: object, other: object) -> bool:
+    ours, theirs = np.asarray(one), np.asarray(other)
+    return ours.shape == theirs.shape and bool(np.all(np.abs(ours - theirs) < ROUNDING))
 
 
 @dataclass(frozen=True)
@@ -124,10 +143,11 @@ def shown(plan: ArmPlan, gate: Gate) -> list[str]:
     """What was simulated, for how long, and what came of it: lines for the head of a programme."""
     path = f"with its {len(plan.unwindings)} unwindings" if plan.unwindings else "without unwindings"
     judgement = gate.run.judgement
+    simulated = parse(gate.run.scenario_toml or "", "the run's scenario")
     outlook = [] if gate.outlook is None else [f"Outlook: {gate.outlook.future}; {gate.outlook.text}"]
     return [
         f"Simulated: the programme's own path {path}, {judgement.end_time:.3f} s of {plan.duration:.3f} s",
-        f"Simulated path's hash: {as_programmed(plan).hash}",
+        f"Simulated path's hash: {simulated.hash}",
         f"Verdict: {judgement.verdict}; {judgement.reason}",
         *outlook,
     ]
