@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from helimag.engine.packing import initial_gap
 from helimag.engine.slow_times import slow_times
-from helimag.outcomes import End
+from helimag.outcomes import End, Wall
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.heights import Heights
+from helimag.runs.touches import Touch
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -71,7 +72,24 @@ class History:
             initial_gap=initial_gap(self.scenario),
             end=self.status,
             slow=slow_times(self.scenario),
+            touches=self.touches,
         )
+
+    @property
+    def touches(self) -> tuple[Touch, ...]:
+        """Contacts with each wall that was touched."""
+        kept = self.progress["touches"]
+        found = (
+            Touch(
+                wall=wall,
+                count=int(kept["count"][wall.flag]),
+                first=float(kept["first"][wall.flag]),
+                last=float(kept["last"][wall.flag]),
+                total=float(kept["total"][wall.flag]),
+            )
+            for wall in Wall
+        )
+        return tuple(touch for touch in found if touch.count)
 
     def judge(self) -> Judgement:
         """Gain and verdict."""

@@ -9,6 +9,7 @@ from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
 from helimag.runs.evidence import STILL, evidence
 from helimag.runs.heights import Heights
+from helimag.runs.touches import holding
 
 Floats = NDArray[np.float64]
 
@@ -123,6 +124,10 @@ def _cause(run: Heights) -> tuple[Reason, str, float | None]:
     cause, end_time = run.end.cause, float(run.time[-1])
     if cause is not None and cause is not Reason.FELL_BEHIND:
         return cause, cause.text(time=end_time), end_time
+    if run.end is not End.FALL:
+        held = holding(run.touches, run.time)
+        if held is not None:
+            return held.wall.cause, held.text(), held.first
     since = _fallen_since(run)
     if since is None:
         return *evidence(run), None
