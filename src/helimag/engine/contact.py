@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -61,14 +62,14 @@ def held_in(medium: Medium) -> Medium:
     class Among:
         """Surroundings of a run, and the walls."""
 
-        beyond: around_type
+        beyond: around_type  # type: ignore[valid-type]
         tank: Tank
 
     @wp.struct
     class Here:
         """The same at a place."""
 
-        beyond: here_type
+        beyond: here_type  # type: ignore[valid-type]
         tank: Tank
 
     @wp.func
@@ -87,9 +88,8 @@ def held_in(medium: Medium) -> Medium:
             whole = load + surface_load(here.tank, position, rotation)
         motion = respond(body, here.beyond, position, rotation, whole)
         near = gaps_in(here.tank, position, rotation)
-        velocity = wp.vec3d(motion[0], motion[1], motion[2])
-        spin = wp.vec3d(motion[3], motion[4], motion[5])
-        if wp.length(velocity) + here.tank.tail * wp.length(spin) <= here.tank.rate * wp.min(near.gap):
+        speed, spin = wp.length(wp.spatial_top(motion)), wp.length(wp.spatial_bottom(motion))
+        if speed + here.tank.tail * spin <= here.tank.rate * wp.min(near.gap):
             return motion  # far from all walls, which need not be asked one by one
         parting = Six()
         for k in range(6):
@@ -98,7 +98,7 @@ def held_in(medium: Medium) -> Medium:
         if wp.min(parting) >= ZERO:
             return motion
         mobility = SixBySix()
-        six = int(6)
+        six = wp.int32(6)
         for k in range(six):
             push = unit_push(here.tank, rotation, k, near.way[k])
             answer = respond(body, here.beyond, position, rotation, push)
@@ -111,11 +111,11 @@ def held_in(medium: Medium) -> Medium:
 
     @wp.func
     def touched(here: Here, state: State, rates: State) -> int:
-        return walls_touched(here.tank, state, rates)
+        return walls_touched(here.tank, state, rates)  # type: ignore[no-any-return]
 
     def pack(scenarios: Sequence[Scenario], device: str) -> wp.array:
         beyond = medium.pack(scenarios, device)
-        packed = np.zeros(len(scenarios), dtype=Among.numpy_dtype())
+        packed: Any = np.zeros(len(scenarios), dtype=Among.numpy_dtype())  # type: ignore[attr-defined]
         packed["beyond"], packed["tank"] = beyond.numpy(), pack_tanks(scenarios)
         walls = wp.array(packed, dtype=Among, device=device)
         walls.beyond = beyond  # what these point to must live as long as they do

@@ -3,17 +3,15 @@
 import warp as wp
 
 from helimag.outcomes import Wall
-from helimag.physics.contact import Six
+from helimag.physics.contact import Counts, Six
 
 HALF = wp.constant(wp.float64(0.5))
 WALLS = len(Wall)
 
-Counts = wp.types.vector(length=WALLS, dtype=wp.int32)
-
 
 @wp.struct
 class Touches:
-    """A run's contacts so far, each wall at its number in ``outcomes.Wall``; bits of ``now`` and ``lately`` likewise."""
+    """A run's contacts so far, each wall at its number in ``outcomes.Wall``, as are bits of ``now`` and ``lately``."""
 
     now: wp.int32  # walls that push
     lately: wp.int32  # and those that have since the last sample
@@ -29,7 +27,7 @@ def touches_with(before: Touches, touched: int, t: wp.float64, dt: wp.float64) -
     after = before
     if touched == 0 and before.now == 0:
         return after
-    walls = int(WALLS)  # a loop over a variable is not unrolled
+    walls = wp.int32(WALLS)  # a loop over a variable is not unrolled
     for wall in range(walls):
         was = (before.now >> wall) & 1
         has = (touched >> wall) & 1

@@ -27,6 +27,7 @@ MOST_PIVOTS = wp.constant(128)  # twice all sets of touching points
 SIDES = wp.constant(6)
 
 Six = wp.types.vector(length=6, dtype=wp.float64)  # head along x, y, z, then tail
+Counts = wp.types.vector(length=6, dtype=wp.int32)
 SixBySix = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
 
 
@@ -114,7 +115,7 @@ def solved_among(matrix: SixBySix, right: Six, active: int) -> Six:
     """Solution of the equations whose bits are set in ``active``; the other unknowns are zero."""
     a = matrix
     x = Six()
-    six = int(6)  # loops over a variable are not unrolled: a fifth of the time to compile
+    six = wp.int32(6)  # loops over a variable are not unrolled: a fifth of the time to compile
     for i in range(six):
         if (active >> i) & 1 == 1:
             x[i] = right[i]
@@ -141,18 +142,18 @@ def least_pushes(mobility: SixBySix, parting: Six) -> Six:
     """Pushes L (N) with L >= 0, w = ``mobility`` L + ``parting`` >= 0 (m/s) and L w = 0, place by place."""
     matrix = mobility
     least = ZERO
-    active = int(0)
+    active = wp.int32(0)
     for k in range(6):
         matrix[k, k] = mobility[k, k] + COMPLIANCE * wp.trace(mobility) / wp.float64(6.0)
         least = wp.min(least, parting[k])
         if parting[k] < ZERO:
             active = active | (1 << k)
     pushes = Six()
-    wrong = int(0)
-    pivots = int(0)
+    wrong = wp.int32(0)
+    pivots = wp.int32(0)
     while wrong >= 0 and pivots < MOST_PIVOTS:
         pushes = solved_among(matrix, -parting, active)
-        wrong = int(-1)
+        wrong = wp.int32(-1)
         for back in range(6):
             k = 5 - back
             speed = parting[k]
@@ -179,7 +180,7 @@ def walls_touched(tank: Tank, state: State, rates: State) -> int:
         state[4] * rates[5] + rates[4] * state[5] + state[3] * rates[6] + rates[3] * state[6],
         state[4] * rates[6] + rates[4] * state[6] - state[3] * rates[5] - rates[3] * state[5],
     )
-    touched = int(0)
+    touched = wp.int32(0)
     for k in range(6):
         i = k % 3
         speed = rates[i] - behind(tank, k / 3) * axis_rate[i]
