@@ -22,11 +22,21 @@ from helimag.physics.contact import (
     walls_touched,
 )
 from helimag.physics.kinematics import State
-from helimag.scenario import Scenario
+from helimag.scenario import Device, Scenario
 
 ZERO = wp.constant(wp.float64(0.0))
 # of a turn: 1 / 8 is the longest step, and the method is stable up to six times what relaxes (see `control`, `methods`)
 CLOSING_TIME = 1.0 / 32.0
+
+
+def rear_ball(device: Device) -> float:
+    """How far behind the origin the ball has its centre that touches for the rear end (m).
+
+    At the end of the coil's axis, as where runs stop; of a body without a helix, so that it ends where the body does.
+    """
+    if device.helix is not None:
+        return device.tail_length
+    return max(device.tail_length - device.tail_radius, 0.0)
 
 
 def pack_tanks(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
@@ -37,7 +47,7 @@ def pack_tanks(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
             {
                 "low": scenario.workspace.box[0],
                 "high": scenario.workspace.box[1],
-                "tail": scenario.device.tail_length,
+                "tail": rear_ball(scenario.device),
                 "head_radius": scenario.device.head_radius,
                 "tail_radius": scenario.device.tail_radius,
                 "rate": abs(scenario.drive.frequency) / CLOSING_TIME,

@@ -101,12 +101,13 @@ def surface_pull(pull: wp.float64, gap: wp.float64, reach: wp.float64) -> wp.flo
 
 @wp.func
 def surface_load(tank: Tank, position: wp.vec3d, rotation: wp.mat33d) -> wp.spatial_vectord:
-    """What the surface's hold on both balls adds to the load, body frame."""
+    """What the surface's hold on the balls adds to the load, body frame; two that are one are held once."""
     load = wp.spatial_vectord()
     for ball in range(2):
         radius = radius_of(tank, ball)
+        pull = wp.where(ball == 0 or tank.tail > ZERO, tank.pull, ZERO)
         gap = tank.high[2] - radius - position[2] + behind(tank, ball) * rotation[2, 0]
-        load += surface_pull(tank.pull, gap, PULL_REACH * radius) * unit_push(tank, rotation, 3 * ball + 2, ONE)
+        load += surface_pull(pull, gap, PULL_REACH * radius) * unit_push(tank, rotation, 3 * ball + 2, ONE)
     return load
 
 
