@@ -1,5 +1,6 @@
 """Walls that hold: pushes against another solver, and runs that rest, slide, leave and come back, in closed form."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -13,11 +14,18 @@ import oracles
 from helimag.engine import advance, system_of
 from helimag.engine.packing import pack_bodies
 from helimag.geometry import body_rotations
-from helimag.outcomes import End, Reason, Verdict, Wall
+from helimag.orbits import explain
+from helimag.orbits.strobe import Problem, open_water
+from helimag.outcomes import End, Future, Limit, Reason, Verdict
 from helimag.physics.balance import Swimmer
 from helimag.physics.contact import Six, SixBySix, least_pushes
 from helimag.physics.kinematics import State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
+from helimag.robot.rehearsal import Gate
+from helimag.runs.gain import judge
+from helimag.runs.heights import Heights, SlowTimes
+from helimag.runs.touches import Touch
+from helimag.sweeps.compute import compute
 
 WEIGHT = 3e-4  # N
 DRAG = np.diag([0.1, 0.15, 0.2, 8e-9, 6e-6, 7e-6])
@@ -160,7 +168,7 @@ def test_a_device_at_rest_does_not_creep(box):
     assert body_rotations(settled[-1, 3:])[2, 0] == pytest.approx(math.sin(tilt), abs=1e-10)
     (touch,) = history.touches
     judgement = history.judge()
-    assert touch.wall is (Wall.FLOOR if side > 0 else Wall.SURFACE)
+    assert touch.wall is (Limit.FLOOR if side > 0 else Limit.SURFACE)
     assert judgement.cause is touch.wall.cause
     assert judgement.verdict is Verdict.WALL_LIMITED
     assert judgement.escape_time == touch.first
@@ -175,7 +183,7 @@ SLOW = 0.2  # Hz
 
 
 @wp.func
-def pushing(magnet: FieldSource, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
+def pushing(magnet: FieldSource, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):  # noqa: ARG001
     """A steady force along x and one along z that swings with the magnet, and no field."""
     return wp.vec3d(), wp.vec3d(PUSH, wp.float64(0.0), magnet.moment * SWING * axis[2])
 
@@ -237,7 +245,7 @@ def test_a_ball_that_is_pressed_and_lifted_each_turn_is_reflected():
     assert touch.total == pytest.approx(100.0 * resting, abs=20 * 3.0 * CLOSING / SLOW)
     assert 0.2 < resting < 0.8
     walls = history.records["walls"]
-    assert set(np.unique(walls)) == {0, 1 << Wall.FLOOR.flag}
+    assert set(np.unique(walls)) == {0, 1 << Limit.FLOOR.flag}
     assert np.mean(walls > 0) == pytest.approx(touch.total / 100.0, abs=0.01)
 
 
@@ -276,3 +284,137 @@ def test_a_run_that_touches_nothing_is_the_same_to_the_last_bit():
     assert np.array_equal(stopping.states, holding.states)
     assert stopping.steps == holding.steps
     assert not holding.touches
+
+
+# ------------------------------------------------------------------------------------------- what is said of contacts
+
+
+def touch(wall, first, last):
+    return Touch(wall=wall, count=2, first=first, last=last, total=last - first)
+
+
+def judged(*touches, end=End.HORIZON):
+    """A settled height of 600 s, and contacts."""
+    time = np.linspace(0.0, 600.0, 301)
+    still = np.zeros_like(time)
+    return judge(
+        Heights(
+            time=time,
+            low=still,
+            high=still,
+            mean=still,
+            attack=still,
+            attack_square=still,
+            slips=0,
+            initial_gap=0.15,
+            end=end,
+            slow=SlowTimes(lap=None, fold=10.0),
+            touches=touches,
+        )
+    )
+
+
+def test_a_run_is_wall_limited_where_a_wall_holds_it_in_its_second_half():
+    early, late, later = (
+        touch(Limit.FLOOR, 1.0, 299.0),
+        touch(Limit.LOW_Y, 5.0, 301.0),
+        touch(Limit.SURFACE, 9.0, 600.0),
+    )
+    left = judged(early)
+    assert left.verdict is Verdict.BOUNDED
+    assert left.touches == (early,)
+    assert judged(early, late).cause is Reason.HELD_BY_WALL
+    assert "the wall at low y: 2 contacts from 5.0 s to 301.0 s, 296.0 s in all" in judged(late).reason
+    held = judged(early, late, later)
+    assert (held.cause, held.escape_time) == (Reason.HELD_BY_SURFACE, 9.0)
+    assert (held.contacts, held.first_contact, held.contact_time) == (6, 1.0, 298.0 + 296.0 + 591.0)
+    assert judged(later, end=End.CONTACT).verdict is Verdict.ATTRACTED
+    assert judged(later, end=End.FALL).verdict is Verdict.FELL
+
+
+@pytest.fixture(scope="module")
+def resting():
+    return hm.simulate(tank("60 s", floor="-20 mm"))
+
+
+def test_a_saved_run_keeps_its_contacts(resting, tmp_path):
+    resting.save(tmp_path / "run.nc")
+    read = hm.Trajectory.load(tmp_path / "run.nc")
+    assert read.touches == resting.touches
+    assert read.judgement == resting.judgement
+    assert read.dataset.walls.attrs["flag_meanings"] == "floor surface low_x high_x low_y high_y"
+    assert read.dataset.wall.values.tolist() == [str(wall) for wall in Limit]
+    pressed = read.dataset.walls.values & read.dataset.walls.attrs["flag_masks"][Limit.FLOOR.flag] > 0
+    assert read.dataset.time.values[pressed][0] == pytest.approx(resting.touches[0].first, abs=60.0 / 1800)
+    assert pressed[-1]
+
+
+def test_a_run_that_is_held_has_no_free_orbit_and_no_programme(resting):
+    outlook = explain(resting)
+    assert outlook.future is Future.HELD
+    assert outlook.orbit is None
+    assert outlook.future.leaves
+    assert not Gate(resting, outlook).passes
+    assert "has no free orbit" in outlook.text
+
+
+def test_orbits_are_those_of_walls_that_do_not_hold():
+    free = hm.load("paper/fig3c")
+    held = free.replaced({"workspace": {"floor": "-80 mm", "contact": "hold"}})
+    wet = free.replaced({"workspace": {"floor": "-80 mm"}})
+    assert system_of(held) is not system_of(wet)
+    assert Problem([held]).systems == Problem([wet]).systems
+    assert open_water(held).workspace == wet.workspace
+
+
+def test_walls_that_hold_change_nothing_of_how_a_run_is_written_and_named(resting):
+    scenario = hm.Scenario.model_validate(tank(floor="-20 mm"))
+    assert scenario.replaced({"workspace.contact": None}).hash == tank(contact=None, floor="-20 mm").hash
+    assert resting.scenario_toml.count('contact = "hold"') == 1
+    stopping = hm.simulate(tank("60 s", contact="stop", floor="-20 mm"))
+    assert "walls" not in stopping.dataset
+    assert stopping.dataset.attrs["end"] == "floor"
+    assert stopping.touches == ()
+
+
+@pytest.mark.parametrize(
+    ("workspace", "told"),
+    [
+        ({"surface": "1 mm", "surface_pull": "1 uN"}, 'surface and contact = "hold" only'),
+        ({"floor": "-9 mm", "contact": "hold", "surface_pull": "1 uN"}, 'surface and contact = "hold" only'),
+        ({"surface": "1 mm", "contact": "hold", "surface_pull": "-1 uN"}, "not negative"),
+        ({"surface": "1 mm", "contact": "bounce"}, "contact"),
+    ],
+)
+def test_what_does_not_fit_is_refused(workspace, told):
+    with pytest.raises(hm.InputError, match=told):
+        hm.load("paper/fig3c").replaced({"workspace": workspace})
+
+
+def test_a_start_inside_a_wall_ends_the_run():
+    (history,) = advance([tank(floor="-0.3 mm")])
+    assert history.status is End.FLOOR
+    assert history.time[-1] < 1e-5
+    assert history.states[-1] == pytest.approx(history.states[0], abs=1e-6)
+
+
+def test_a_sweep_stores_and_exports_contacts():
+    rows = compute([tank("60 s", floor="-20 mm"), tank("60 s", contact="stop", floor="-20 mm")])
+    assert rows["contacts"].tolist() == [1.0, 0.0]
+    assert rows["first_contact"][0] == pytest.approx(rows["escape_time"][0])
+    assert rows["contact_time"][0] == pytest.approx(60.0 - rows["first_contact"][0], abs=0.05)
+    assert np.isnan(rows["first_contact"][1])
+    assert rows["reason"].tolist() == [Reason.HELD_BY_FLOOR.flag, Reason.REACHED_FLOOR.flag]
+
+
+def test_the_command_line_tells_of_contacts(helimag):
+    sets = [f"--set=workspace.{one}" for one in ("contact=hold", "floor=-4 mm")]
+    done = helimag("simulate", "paper/table1-row2", *sets, "--duration=30 s", "--no-orbit", "--json")
+    told = json.loads(done.out)
+    assert told["verdict"] == "wall-limited"
+    assert {"wall", "count", "first_s", "last_s", "total_s"} == told["contacts"][0].keys()
+    assert told["contacts"][0]["wall"] == "surface"
+    done = helimag("simulate", "paper/table1-row2", *sets, "--duration=30 s", "--no-orbit")
+    assert "  contact       the surface: " in done.out
+    assert "walls         hold a device that comes to them" in helimag("doctor", "paper/table1-row2", *sets).out
+    assert "walls         stop a run" in helimag("doctor", "paper/table1-row2").out

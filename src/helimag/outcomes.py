@@ -234,7 +234,7 @@ class Reason(Term):
 
 
 @unique
-class Wall(Term):
+class Limit(Term):
     """What a device can touch in its workspace, and why a run that it holds has its verdict."""
 
     cause: Reason
@@ -249,6 +249,9 @@ class Wall(Term):
     HIGH_X = (3, "high x", "the wall at high x", Reason.HELD_BY_WALL)
     LOW_Y = (4, "low y", "the wall at low y", Reason.HELD_BY_WALL)
     HIGH_Y = (5, "high y", "the wall at high y", Reason.HELD_BY_WALL)
+
+
+HOLDING = frozenset(wall.cause for wall in Limit)  # reasons of runs that end held, not stopped, by a wall
 
 
 @unique
@@ -369,11 +372,12 @@ class Future(Term):
     STAYS = (4, "stays, on no stable orbit", "{begin} and for another {longer:.0f} s, {motion}, though {found}")
     GONE = (5, "has left", "the run left; no orbit is sought from its end")
     UNKNOWN = (6, "not known", "{problem}")
+    HELD = (7, "held", "held by a wall at its end: a device that is held has no free orbit, and none is sought")
 
     @property
     def leaves(self) -> bool:
-        """Whether the device is known to leave, or has left."""
-        return self in {Future.LEAVES, Future.GONE}
+        """Whether the device is known to leave, has left, or is held by a wall."""
+        return self in {Future.LEAVES, Future.GONE, Future.HELD}
 
 
 @unique

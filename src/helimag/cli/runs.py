@@ -119,6 +119,16 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "slips": judgement.slips,
         "wobble_deg": degrees(judgement.wobble),
         "attack_angle_deg": degrees(judgement.attack_angle),
+        "contacts": [
+            {
+                "wall": str(touch.wall),
+                "count": touch.count,
+                "first_s": touch.first,
+                "last_s": touch.last,
+                "total_s": touch.total,
+            }
+            for touch in judgement.touches
+        ],
         "final_state": trajectory.final_state.tolist(),
         "wall_time_s": trajectory.dataset.attrs["wall_time"],
     }
@@ -147,6 +157,11 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
         " over the second half"
     )
     print(f"  slips         {judgement.slips}")
+    for touch in judgement.touches:
+        print(
+            f"  contact       {touch.wall.sentence}: {touch.times}, first at {touch.first:.1f} s, last at "
+            f"{touch.last:.1f} s, {touch.total:.1f} s in all"
+        )
     guesses = [
         f"{path} {mark.partition(':')[0]}" for path, mark in scenario.provenance.items() if "published" not in mark
     ]

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from helimag.engine.packing import initial_gap
 from helimag.engine.slow_times import slow_times
-from helimag.outcomes import End, Wall
+from helimag.outcomes import End
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.heights import Heights
-from helimag.runs.touches import Touch
+from helimag.runs.touches import Touch, touches_from
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -78,18 +78,13 @@ class History:
     @property
     def touches(self) -> tuple[Touch, ...]:
         """Contacts with each wall that was touched."""
+        return touches_from(self.contacts)
+
+    @property
+    def contacts(self) -> dict[str, Floats]:
+        """Count, first and last time, and total (s) of contacts with each wall, at its number: (6,) each."""
         kept = self.progress["touches"]
-        found = (
-            Touch(
-                wall=wall,
-                count=int(kept["count"][wall.flag]),
-                first=float(kept["first"][wall.flag]),
-                last=float(kept["last"][wall.flag]),
-                total=float(kept["total"][wall.flag]),
-            )
-            for wall in Wall
-        )
-        return tuple(touch for touch in found if touch.count)
+        return {name: np.asarray(kept[name], dtype=np.float64) for name in ("count", "first", "last", "total")}
 
     def judge(self) -> Judgement:
         """Gain and verdict."""

@@ -2,16 +2,16 @@
 
 import warp as wp
 
-from helimag.outcomes import Wall
+from helimag.outcomes import Limit
 from helimag.physics.contact import Counts, Six
 
 HALF = wp.constant(wp.float64(0.5))
-WALLS = len(Wall)
+WALLS = len(Limit)
 
 
 @wp.struct
 class Touches:
-    """A run's contacts so far, each wall at its number in ``outcomes.Wall``, as are bits of ``now`` and ``lately``."""
+    """A run's contacts so far, each wall at its number in ``outcomes.Limit``, as are bits of ``now`` and ``lately``."""
 
     now: wp.int32  # walls that push
     lately: wp.int32  # and those that have since the last sample

@@ -172,7 +172,7 @@ def least_pushes(mobility: SixBySix, parting: Six) -> Six:
 
 @wp.func
 def walls_touched(tank: Tank, state: State, rates: State) -> int:
-    """Which walls push the device, whose state has these rates: bits by the numbers of ``outcomes.Wall``."""
+    """Which walls push the device, whose state has these rates: bits by the numbers of ``outcomes.Limit``."""
     rotation = rotation_matrix(state)
     near = gaps_in(tank, head_position(state), rotation)
     # rate of the long axis, the first column of the rotation, from those of the quaternion

@@ -1,5 +1,6 @@
 """Input-output gain (paper, eqs 5-6) and the verdict on a run, simulated or measured alike."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
 from helimag.runs.evidence import STILL, evidence
 from helimag.runs.heights import Heights
-from helimag.runs.touches import holding
+from helimag.runs.touches import Touch, holding
 
 Floats = NDArray[np.float64]
 
@@ -30,11 +31,27 @@ class Judgement:
     slips: int
     wobble: float
     attack_angle: float
+    touches: tuple[Touch, ...] = ()
 
     @property
     def verdict(self) -> Verdict:
         """What becomes of the device."""
         return self.cause.verdict
+
+    @property
+    def contacts(self) -> int:
+        """How often the device came to a wall that held it."""
+        return sum(touch.count for touch in self.touches)
+
+    @property
+    def contact_time(self) -> float:
+        """How long walls held the device, each wall's time added (s)."""
+        return math.fsum(touch.total for touch in self.touches)
+
+    @property
+    def first_contact(self) -> float | None:
+        """When the device first came to such a wall (s); None where it never did."""
+        return min((touch.first for touch in self.touches), default=None)
 
 
 def judge(run: Heights) -> Judgement:
@@ -87,6 +104,7 @@ def judge(run: Heights) -> Judgement:
         slips=run.slips,
         wobble=float(np.sqrt(max(variance, 0.0))),
         attack_angle=attack_angle,
+        touches=run.touches,
     )
 
 

@@ -1,12 +1,12 @@
 """Contacts of a run with floor, surface and walls that hold, and what they say of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.outcomes import Wall
+from helimag.outcomes import Limit
 
 LATE = 0.5  # of a run: what holds the device in the rest of it decides the verdict
 
@@ -18,7 +18,7 @@ class Touch:
     Times are those of the integrator's steps.
     """
 
-    wall: Wall
+    wall: Limit
     count: int
     first: float
     last: float
@@ -29,6 +29,26 @@ class Touch:
         count = "one contact" if self.count == 1 else f"{self.count} contacts"
         side = str(self.wall)
         return self.wall.cause.text(count=count, first=self.first, last=self.last, total=self.total, side=side)
+
+    @property
+    def times(self) -> str:
+        """How often, in words."""
+        return "once" if self.count == 1 else f"{self.count} times"
+
+
+def touches_from(values: Mapping[str, Sequence[float] | NDArray[np.float64]]) -> tuple[Touch, ...]:
+    """Contacts with each wall that was touched, from ``count``, ``first``, ``last``, ``total`` of all walls (6,)."""
+    return tuple(
+        Touch(
+            wall=wall,
+            count=int(values["count"][wall.flag]),
+            first=float(values["first"][wall.flag]),
+            last=float(values["last"][wall.flag]),
+            total=float(values["total"][wall.flag]),
+        )
+        for wall in Limit
+        if values["count"][wall.flag] > 0
+    )
 
 
 def holding(touches: Sequence[Touch], time: NDArray[np.float64]) -> Touch | None:

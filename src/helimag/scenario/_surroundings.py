@@ -149,9 +149,14 @@ class Workspace(Part):
         return self
 
     @property
+    def bounded(self) -> bool:
+        """Whether there is a floor, a surface or a wall."""
+        return any(math.isfinite(at) for corner in self.box for at in corner)
+
+    @property
     def holds(self) -> bool:
         """Whether there are walls, and they hold what touches them."""
-        return self.contact == "hold" and any(math.isfinite(at) for corner in self.box for at in corner)
+        return self.contact == "hold" and self.bounded
 
     @property
     def box(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
