@@ -19,6 +19,7 @@ from helimag.engine.packing import (
     pack_magnets,
     start_state,
 )
+from helimag.engine.patience import announced
 from helimag.engine.running import Underway, advance, advancing
 from helimag.engine.simulation import simulate, simulate_many, trajectory_of
 from helimag.engine.slow_times import slow_times
@@ -45,6 +46,7 @@ __all__ = [
     "Underway",
     "advance",
     "advancing",
+    "announced",
     "build_balance",
     "build_load",
     "build_rates",
