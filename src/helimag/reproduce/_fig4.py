@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 BASE = "paper/fig3c"
 FREQUENCIES = (2.0, 2.25, 2.5, 2.75, 3.0, 3.3)  # Hz
 FINE_RUNS = 81
-# of ranks: with six frequencies, chance exceeds it once in twenty; each is a noisy sample of a boundary, so that no step
-# by itself must have the published sense
+# of ranks: with six frequencies, chance exceeds it once in twenty. Each number is a noisy sample of a boundary, so that
+# no step by itself must have the published sense
 CLEAR_TREND = 0.8
 
 
