@@ -27,7 +27,7 @@ from helimag.checks import (
 )
 from helimag.hydrodynamics.bounds import enclosing_resistance
 
-PRESET = hm.load("paper/fig3c")
+PRESET = hm.load("nose-first/fig3c")
 BALL = np.diag([*[6 * np.pi * 1e-3] * 3, *[8 * np.pi * 1e-9] * 3])  # of 1 mm in 1 Pa s
 
 
@@ -160,7 +160,7 @@ def test_wall_effect_is_brenners_of_a_ball(wall):
 
 def test_the_nearest_wall_counts_and_none_is_no_check():
     assert wall_gap(PRESET) is None
-    tank = hm.load("paper/table1-row1")
+    tank = hm.load("nose-first/table1-row1")
     assert wall_gap(tank).setting == "workspace.surface"
     near = tank.replaced({"drive.start": ["0 mm", "39 mm", "0 mm"]})
     assert wall_gap(near).setting == "workspace.walls.y"
@@ -255,8 +255,8 @@ def test_a_run_holds_its_cautions_in_its_file(tmp_path):
 def test_a_sweep_says_each_once_in_its_store_and_on_stderr(helimag, tmp_path):
     plan = tmp_path / "plan.toml"
     plan.write_text(
-        'base = "paper/fig3c"\nduration = "1 s"\n[[axis]]\nfield = "drive.frequency"\nstart = "2 Hz"\nstop = "8 Hz"\n'
-        "count = 4\n"
+        'base = "nose-first/fig3c"\nduration = "1 s"\n[[axis]]\nfield = "drive.frequency"\nstart = "2 Hz"\n'
+        'stop = "8 Hz"\ncount = 4\n'
     )
     words = ["sweep", plan, "-o", tmp_path / "out.zarr", "--json"]
     status, out, err = helimag(*words)
