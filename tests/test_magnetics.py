@@ -213,7 +213,9 @@ def packed_magnet(radius, height):
     """A magnet as the kernels take it, through a scenario, and magpylib's."""
     import helimag as hm
 
-    model = hm.load("paper/fig3c").replaced({"magnet.radius": radius, "magnet.height": height, "drive.distance": 1.0})
+    model = hm.load("nose-first/fig3c").replaced(
+        {"magnet.radius": radius, "magnet.height": height, "drive.distance": 1.0}
+    )
     source = magpylib.magnet.Cylinder(
         polarization=(0, 0, MU0 * MOMENT / (np.pi * radius**2 * height)), dimension=(2 * radius, height)
     )
@@ -301,7 +303,7 @@ def test_a_phase_is_a_drive_that_started_earlier():
     """One magnet with a phase runs as one on a path whose samples carry that phase; its moment is recorded turned."""
     import helimag as hm
 
-    base = hm.load("paper/table1-row1").replaced({"workspace": {}, "run": {"duration": "3 s"}})
+    base = hm.load("nose-first/table1-row1").replaced({"workspace": {}, "run": {"duration": "3 s"}})
     ahead = base.replaced({"magnet.phase": "70 deg"})
     path = {
         "position": [[0.0, 0.0, 0.102], [0.825e-3 * 3, 0.0, 0.102]],

@@ -1,5 +1,6 @@
 """Commands about single runs: presets, simulate, resistance."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +12,7 @@ from helimag.cli._shared import (
     ScenarioName,
     check_target,
     degrees,
+    leading_words,
     print_json,
     print_warnings,
     progress_bar,
@@ -129,6 +131,8 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
             }
             for touch in judgement.touches
         ],
+        "leads": trajectory.leading_end,
+        "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
         "wall_time_s": trajectory.dataset.attrs["wall_time"],
     }
@@ -156,6 +160,7 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
         f"  attack angle  {degrees(judgement.attack_angle):.1f} deg, wobble {degrees(judgement.wobble):.1f} deg"
         " over the second half"
     )
+    print(f"  leads         {leading_words(trajectory.leading_end, trajectory.leading_cosine)}")
     print(f"  slips         {judgement.slips}")
     for touch in judgement.touches:
         print(

@@ -32,6 +32,8 @@ class Shown:
     slips: Floats | None
     walls: Floats | None
     scenario: Scenario | None
+    leading_end: str
+    leading_cosine: float
     judgement: Judgement | None
     verdict: str
 
@@ -66,6 +68,8 @@ def shown(trajectory: Trajectory) -> Shown:
         gap=values("gap", 1e3),
         attack=attack,
         attack_spread=attack_spread,
+        leading_end=trajectory.leading_end,
+        leading_cosine=trajectory.leading_cosine,
         lag=values("phase_lag", 180.0 / np.pi),
         slips=values("slips"),
         walls=values("walls"),
