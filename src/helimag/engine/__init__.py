@@ -13,7 +13,6 @@ from helimag.engine.kernels import ready
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.methods import DOP853, Method
 from helimag.engine.packing import (
-    arm_position,
     initial_gap,
     pack_bodies,
     pack_drives,
@@ -47,7 +46,6 @@ __all__ = [
     "advance",
     "advancing",
     "angles_of_start",
-    "arm_position",
     "build_balance",
     "build_load",
     "build_rates",

@@ -24,12 +24,7 @@ THICKEST_SLICE = 1.0  # of the diameter; a thicker cylinder is cut into slices, 
 
 def initial_gap(scenario: Scenario) -> float:
     """Input u of the gain: height difference of RPM and device at the start (m), eq. (5)."""
-    return abs(float(arm_position(scenario)[2]) - scenario.drive.start[2])
-
-
-def arm_position(scenario: Scenario) -> Floats:
-    """Position of the RPM at t = 0, lab frame (m)."""
-    return magnet_start(scenario.drive)
+    return abs(float(magnet_start(scenario.drive)[2]) - scenario.drive.start[2])
 
 
 def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
@@ -62,7 +57,7 @@ def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
         ArmMotion,
         [
             {
-                "arm": arm_position(scenario),
+                "arm": magnet_start(scenario.drive),
                 "velocity": scenario.drive.velocity,
                 "yaw_rate": scenario.drive.yaw_rate,
                 "spin_rate": 2.0 * math.pi * scenario.drive.frequency,
