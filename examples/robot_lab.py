@@ -10,7 +10,8 @@ cell = robot.load_cell("wide").model_copy(update={"motor": motor, "load": load, 
 scenario = hm.load("paper/fig3c").replaced({"run.duration": "150 s"})
 lap = robot.plan(scenario, cell)
 src, dat = robot.write_krl(lap, "lap", spline=True)
-print("\n".join(line for line in src.splitlines() if line.startswith(("$OUT", "WAIT", "SPLINE", "  SCIRC", "INTERRUPT"))))
+shown = ("$OUT", "WAIT", "SPLINE", "  SCIRC", "INTERRUPT")
+print("\n".join(line for line in src.splitlines() if line.startswith(shown)))
 
 playback = robot.play(src, dat, cell.arm, inputs=cell.inputs)
 found = robot.deviation(lap, playback)
