@@ -63,7 +63,7 @@ class Basin:
     volume: float
     duration: float
     engine: str
-    attitude: Attitude
+    attitude: Attitude = "settled"
 
     @property
     def axes(self) -> tuple[Floats, Floats, Floats]:
