@@ -13,11 +13,11 @@ def run(helimag):
     return partial(helimag, "robot")
 
 
-SHORT = ("paper/table1-row1", "--set", "run.duration=20 s", "--set", "workspace={}")
+SHORT = ("nose-first/table1-row1", "--set", "run.duration=20 s", "--set", "workspace={}")
 
 
 def test_check_reports_a_straight_run_as_feasible(run):
-    status, out, _ = run("check", "paper/table1-row3", "--json")
+    status, out, _ = run("check", "nose-first/table1-row3", "--json")
     report = json.loads(out)
     assert status == 0
     assert report["feasible"] is True
@@ -26,9 +26,9 @@ def test_check_reports_a_straight_run_as_feasible(run):
 
 
 def test_check_reports_a_circle_with_the_laps_it_allows(run):
-    status, out, err = run("check", "paper/fig3c", "--cell", "wide")
+    status, out, err = run("check", "nose-first/fig3c", "--cell", "wide")
     assert status == 1
-    assert "cannot run 'paper/fig3c'" in err
+    assert "cannot run 'nose-first/fig3c'" in err
     assert len(err.strip().splitlines()) == 1
     assert "NOT feasible" in out
     assert "A6 would pass its limit of 350.00 deg" in out
@@ -43,7 +43,7 @@ def test_programme_is_written_read_back_and_replayed(run, tmp_path):
     status, out, _ = run("read-back", tmp_path / "row1.src", *SHORT, "--json")
     assert status == 0
     assert json.loads(out)["position_m"] < 1e-6
-    status, _, err = run("read-back", tmp_path / "row1.src", "paper/table1-row7")
+    status, _, err = run("read-back", tmp_path / "row1.src", "nose-first/table1-row7")
     assert status == 1
     assert "not the programme of this scenario" in err
     for log in ("row1_path.csv", "row1.src"):
@@ -57,13 +57,16 @@ def test_programme_is_written_read_back_and_replayed(run, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("program", "paper/table1-row1", "-o", "{}", "--name", "x();HALT"), "programme's name"),
-        (("program", "paper/table1-row1", "-o", "{}"), "--accept-unbounded"),
-        (("check", "paper/fig3c"), "drive.start must be inside the cell's tank, y from -40 mm to 40 mm; got '-45 mm'"),
-        (("check", "paper/fig3c", "--cell", "{}/none.toml"), "neither"),
-        (("read-back", "{}/none.src", "paper/table1-row1"), "there is no file"),
-        (("replay", "{}/none.csv", "paper/fig3c"), "there is no file"),
-        (("jitter", "paper/table1-row1", "{}/none.toml"), "there is no file"),
+        (("program", "nose-first/table1-row1", "-o", "{}", "--name", "x();HALT"), "programme's name"),
+        (("program", "nose-first/table1-row1", "-o", "{}"), "--accept-unbounded"),
+        (
+            ("check", "nose-first/fig3c"),
+            "must be inside the cell's tank, y from -40 mm to 40 mm; got '-45 mm'",
+        ),
+        (("check", "nose-first/fig3c", "--cell", "{}/none.toml"), "neither"),
+        (("read-back", "{}/none.src", "nose-first/table1-row1"), "there is no file"),
+        (("replay", "{}/none.csv", "nose-first/fig3c"), "there is no file"),
+        (("jitter", "nose-first/table1-row1", "{}/none.toml"), "there is no file"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(run, tmp_path, arguments, words):
@@ -77,7 +80,7 @@ def test_bad_input_is_one_line_and_status_2(run, tmp_path, arguments, words):
 
 
 def test_a_programme_that_the_arm_cannot_run_is_no_bad_input(run, tmp_path):
-    status, out, err = run("program", "paper/fig3c", "--cell", "wide", "-o", tmp_path)
+    status, out, err = run("program", "nose-first/fig3c", "--cell", "wide", "-o", tmp_path)
     assert status == 1
     assert out == ""
     assert "A6 would pass its limit" in err

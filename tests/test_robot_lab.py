@@ -24,10 +24,13 @@ EQUIPPED = load_cell("wide").model_copy(
     update={"motor": Motor(**PORTS), "load": LOAD, "start_output": 3, "retreat": 0.1}
 )
 SCENARIOS = {
-    "line": ("paper/table1-row1", {}),
-    "arcs": ("paper/fig3c", {"run.duration": 600.0}),
-    "drift": ("paper/fig3c", {"run.duration": 100.0, "drive.velocity": (2e-4, 0.0, 0.0)}),
-    "turn": ("paper/table1-row1", {"drive.velocity": (0.0, 0.0, 0.0), "drive.yaw_rate": 0.03, "run.duration": 40.0}),
+    "line": ("nose-first/table1-row1", {}),
+    "arcs": ("nose-first/fig3c", {"run.duration": 600.0}),
+    "drift": ("nose-first/fig3c", {"run.duration": 100.0, "drive.velocity": (2e-4, 0.0, 0.0)}),
+    "turn": (
+        "nose-first/table1-row1",
+        {"drive.velocity": (0.0, 0.0, 0.0), "drive.yaw_rate": 0.03, "run.duration": 40.0},
+    ),
 }
 
 
@@ -74,7 +77,7 @@ def test_the_motor_is_started_awaited_and_stopped_in_order():
 def test_the_path_begins_when_the_moment_is_where_the_plan_has_it(frequency, phase):
     """At the reference the moment is at ``phase`` about the motor; the lead later it is along the drive's moment."""
     cell = EQUIPPED.model_copy(update={"motor": Motor(**{**PORTS, "phase_angle": phase})})
-    found = plan(load("paper/table1-row1").replaced({"drive.frequency": frequency, "run.duration": 20.0}), cell)
+    found = plan(load("nose-first/table1-row1").replaced({"drive.frequency": frequency, "run.duration": 20.0}), cell)
     lead = lead_time(found)
     assert 0.0 <= lead < 1.0 / abs(frequency)
     src, dat = write_krl(found, "lab")
@@ -147,15 +150,15 @@ def test_a_replayed_programme_is_its_path_alone():
 
 
 def test_a_way_up_that_the_arm_cannot_go_is_not_feasible(tmp_path):
-    found = plan(load("paper/table1-row1"), EQUIPPED.model_copy(update={"retreat": 1.5}))
+    found = plan(load("nose-first/table1-row1"), EQUIPPED.model_copy(update={"retreat": 1.5}))
     assert not found.feasible
     assert found.offence.time > 193.9
     with pytest.raises(NotFeasible, match="lower retreat in the cell"):
         write_programme(found, tmp_path)
     lid = {"name": "lid", "low": (0.17, -0.3, 0.43), "high": (0.3, 0.3, 0.5)}  # above the wrist where the path ends
     under = EQUIPPED.model_copy(update={"obstacle": (EQUIPPED.obstacle[0].model_copy(update=lid),), "retreat": 0.25})
-    assert plan(load("paper/table1-row1"), under.model_copy(update={"retreat": None})).feasible
-    assert plan(load("paper/table1-row1"), under).offence.kind == "collision"
+    assert plan(load("nose-first/table1-row1"), under.model_copy(update={"retreat": None})).feasible
+    assert plan(load("nose-first/table1-row1"), under).offence.kind == "collision"
 
 
 @pytest.mark.parametrize(
@@ -183,7 +186,7 @@ def test_one_tank_serves_scenario_cell_and_films():
     assert np.array(tank.high) - tank.low == pytest.approx([0.2, 0.08, 0.08], abs=1e-12)
     assert np.array([tank.low, tank.high]) == pytest.approx(np.array(PAPER_TANK), abs=1e-12)
     assert paper_rig().tank == pytest.approx(np.array(PAPER_TANK))
-    walls = load("paper/table1-row1").workspace.walls
+    walls = load("nose-first/table1-row1").workspace.walls
     assert (walls.x, walls.y) == ((tank.low[0], tank.high[0]), (tank.low[1], tank.high[1]))
 
 
@@ -198,7 +201,7 @@ def test_one_tank_serves_scenario_cell_and_films():
 )
 def test_a_device_outside_the_tank_is_refused(changes, words):
     with pytest.raises(InputError, match=re.escape(words)):
-        plan(load("paper/table1-row1").replaced(changes), load_cell())
+        plan(load("nose-first/table1-row1").replaced(changes), load_cell())
 
 
 def test_spline_blocks_reach_from_stop_to_stop():
@@ -316,7 +319,7 @@ def test_the_robodk_wrist_turns_back_at_the_krl_pace(monkeypatch):
 
 
 def test_headers_say_what_the_lab_must_know():
-    found = plan(load("paper/table1-row1").replaced({"run.duration": 20.0}), EQUIPPED)
+    found = plan(load("nose-first/table1-row1").replaced({"run.duration": 20.0}), EQUIPPED)
     texts = programme_texts(found, name="lab", accept_unbounded=True)
     src = texts["lab.src"]
     assert "; Motor: on with $OUT[5], waits for $IN[7], $IN[8]; off on a stop" in src
