@@ -89,6 +89,8 @@ Moment = Annotated[float, Quantity(q.MOMENT, "positive")]
 Remanence = Annotated[float, Quantity(q.REMANENCE, "positive")]
 Viscosity = Annotated[float, Quantity(q.VISCOSITY, "positive")]
 Density = Annotated[float, Quantity(q.DENSITY, "not negative")]
+Mass = Annotated[float, Quantity(q.MASS, "positive")]
+Inertia = Annotated[float, Quantity(q.INERTIA, "not negative")]
 LengthRange = tuple[Length, Length]
 
 

@@ -130,6 +130,11 @@ class Drive(Part):
         return next(iter(self.path.yaw), 0.0), next(iter(self.path.pitch), self.pitch)
 
 
+# The paper's tank of 200 x 80 x 80 mm, filled to its rim, in the lab frame of the straight runs: lowest and highest
+# corner (m). Size: published, section III. Where the run starts in it: assumed, as in the presets of Table I.
+PAPER_TANK = ((-0.020, -0.040, -0.0765), (0.180, 0.040, 0.0035))
+
+
 class Walls(Part):
     """Upright walls of the tank, as ranges in lab x and y."""
 
