@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 import helimag as hm
 import oracles
 from helimag.checks import (
+    boundary_drag,
     cautions,
     dipole_error,
     enclosing_body,
@@ -92,6 +93,22 @@ def test_resistive_force_theory_breaks_the_bound_and_a_true_matrix_does_not():
     matrix = hm.resistance(PRESET.device, PRESET.fluid)
     assert check.value >= matrix[0, 0] / enclosing_resistance(PRESET.device, PRESET.fluid)[0, 0] > 2.0
     assert enclosing_body(matrix_case(BALL / 3)).holds
+
+
+def test_resistive_force_theory_beside_the_boundary_solver():
+    """The whole ratio of two drags lies between the extremes of their ratio in all motions, tried one by one."""
+    true = PRESET.replaced({"device.hydrodynamics.model": "boundary"})
+    ours, theirs = (hm.resistance(scenario.device, scenario.fluid) for scenario in (PRESET, true))
+    check = boundary_drag(PRESET)
+    motions = np.random.default_rng(3).normal(size=(4000, 6)) @ np.linalg.inv(np.linalg.cholesky(theirs))
+    ratios = np.einsum("ni,ij,nj->n", motions, ours, motions) / np.einsum("ni,ij,nj->n", motions, theirs, motions)
+    assert 0.75 * check.value < max(ratios.max(), 1.0 / ratios.min()) <= check.value
+    assert not check.holds
+    assert f"drag is {ours[0, 0] / theirs[0, 0]:.2g} times" in check.message
+    assert ours[0, 0] / theirs[0, 0] > 3.0
+    assert boundary_drag(true) is None
+    assert "boundary_drag" in {found.name for found in examine(PRESET, thorough=True)}
+    assert "boundary_drag" not in {found.name for found in examine(PRESET)}
 
 
 @pytest.mark.parametrize(("factor", "holds"), [(0.9999, True), (1.0001, False)])

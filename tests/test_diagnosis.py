@@ -182,6 +182,7 @@ def test_the_command_prints_what_was_found(helimag):
         "slenderness",
         "pitch_angle",
         "enclosing_body",
+        "boundary_drag",
     }
     assert helimag("doctor", "nose-first/fig3c").out == as_text(diagnose(scenario)) + "\n"
     status, _, err = helimag("doctor", "--set", "drive.pitch=1 deg")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from helimag.checks import Check, examine, field_axis, step_out_frequency
 from helimag.diagnosis.turn import over_a_turn
-from helimag.engine import carrying_velocity, start_attitude
+from helimag.engine import announced, carrying_velocity, start_attitude
 from helimag.geometry import long_axes, magnet_start
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.hydrodynamics.motion import advance_per_turn, roll_resistance, sinking_speeds
@@ -94,7 +94,9 @@ def diagnose(scenario: Scenario) -> Diagnosis:
     InputError
         Where drag or weight cannot be computed.
     """
-    matrix = resistance(scenario.device, scenario.fluid)
+    with announced("solving for the drag of this device, once (some ten seconds) ..."):
+        matrix = resistance(scenario.device, scenario.fluid)
+        checks = examine(scenario, thorough=True)
     inverse = mobility(matrix)
     weight, _ = net_weight(scenario.device, scenario.fluid)
     away = np.array(scenario.drive.start) - magnet_start(scenario.drive)
@@ -119,7 +121,7 @@ def diagnose(scenario: Scenario) -> Diagnosis:
         at_start=travel(scenario, nose, axis, advance),
         settled=travel(scenario, math.copysign(1.0, float(axis @ nose)) * axis, axis, advance),
         sources=sources(scenario),
-        checks=examine(scenario),
+        checks=checks,
     )
 
 

@@ -18,6 +18,7 @@ from helimag.engine.packing import (
     pack_drives,
     pack_magnets,
 )
+from helimag.engine.patience import announced
 from helimag.engine.running import Underway, advance, advancing
 from helimag.engine.simulation import simulate, simulate_many, trajectory_of
 from helimag.engine.slow_times import slow_times
@@ -46,6 +47,7 @@ __all__ = [
     "advance",
     "advancing",
     "angles_of_start",
+    "announced",
     "build_balance",
     "build_load",
     "build_rates",
