@@ -4,7 +4,7 @@ import numpy as np
 
 import helimag as hm
 
-stops = hm.load("paper/table1-row2")
+stops = hm.load("paper/table1-row4")
 holds = stops.replaced({"workspace.contact": "hold"})
 stopped, held = hm.simulate(stops), hm.simulate(holds)
 print(stopped.judgement.reason)
