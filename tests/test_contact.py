@@ -21,6 +21,8 @@ from helimag.physics.balance import Swimmer
 from helimag.physics.contact import Six, SixBySix, least_pushes
 from helimag.physics.kinematics import State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
+from helimag.plots import draw_run
+from helimag.plots._quantities import shown, touching_spans
 from helimag.robot.rehearsal import Gate
 from helimag.runs.gain import judge
 from helimag.runs.heights import Heights, SlowTimes
@@ -418,3 +420,11 @@ def test_the_command_line_tells_of_contacts(helimag):
     assert "  contact       the surface: " in done.out
     assert "walls         hold a device that comes to them" in helimag("doctor", "nose-first/table1-row2", *sets).out
     assert "walls         stop a run" in helimag("doctor", "nose-first/table1-row2").out
+
+
+def test_a_figure_marks_when_a_wall_pushes(resting):
+    ((begin, end),) = touching_spans(shown(resting))
+    assert begin == pytest.approx(resting.touches[0].first, abs=60.0 / 1800)
+    assert end == 60.0
+    axes = draw_run(resting).axes[-2:]
+    assert any("a wall pushes" in each.get_xlabel() for each in axes)
