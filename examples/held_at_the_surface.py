@@ -4,11 +4,7 @@ import numpy as np
 
 import helimag as hm
 
-<<<<<<< HEAD
-stops = hm.load("paper/table1-row4")
-=======
 stops = hm.load("paper/table1-row3")
->>>>>>> main
 holds = stops.replaced({"workspace.contact": "hold"})
 stopped, held = hm.simulate(stops), hm.simulate(holds)
 print(stopped.judgement.reason)
