@@ -1,0 +1,29 @@
+"""The page's own elements: each a Vue component beside this file."""
+
+from typing import Any
+
+from nicegui import ui
+
+SHARED = {"helimag-studio": "../static"}
+
+
+class Scene(ui.element, component="scene.js", esm=SHARED):
+    """The tank in three dimensions, with the controls of time."""
+
+
+class Charts(ui.element, component="charts.js", esm=SHARED):
+    """Time series of the run, linked to the scene's time."""
+
+
+class Map(ui.element, component="map.js", esm=SHARED):
+    """A map over two inputs.
+
+    Its properties are ``first``, ``second`` (label, unit, low, high), ``cells``, ``curves``, ``point``, ``box``,
+    ``what`` and ``stale``; a click is the event ``pick``.
+    """
+
+    def show(self, **given: Any) -> None:
+        """Set properties, all at once."""
+        for name, value in given.items():
+            self._props[name] = value
+        self.update()
