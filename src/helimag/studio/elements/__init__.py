@@ -15,6 +15,16 @@ class Charts(ui.element, component="charts.js", esm=SHARED):
     """Time series of the run, linked to the scene's time."""
 
 
+class KnobRow(ui.element, component="knob.js", esm=SHARED):
+    """An input with its number and its slider; events ``turn`` (on the way) and ``typed``, each with the value."""
+
+    def show(self, value: float) -> None:
+        """Set the value, where the hand is not on it."""
+        if self._props.get("value") != value:
+            self._props["value"] = value
+            self.update()
+
+
 class Map(ui.element, component="map.js", esm=SHARED):
     """A map over two inputs.
 

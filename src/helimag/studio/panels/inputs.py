@@ -4,8 +4,10 @@ import math
 from collections.abc import Callable
 
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from helimag.scenario import Scenario
+from helimag.studio.elements import KnobRow
 from helimag.studio.knobs import CHOICES, GROUPS, KNOBS, Choice, Knob, unit_text
 from helimag.studio.tab import Tab
 
@@ -27,51 +29,36 @@ def inputs(tab: Tab) -> None:
 
 def _knob(tab: Tab, knob: Knob) -> None:
     """One input: its name and value above, its slider below."""
-    slow = _Echo()
-    name = knob.path.replace(".", "-")
-    with ui.element("div").classes("hs-knob") as row:
-        ui.label(knob.label).classes("hs-knob-label")
-        number = ui.number(suffix=unit_text(knob.unit)).props(
-            f'dense borderless input-class="hs-number" data-testid="number-{name}" aria-label="{knob.label}"'
-        )
-        slider = ui.slider(min=knob.low, max=knob.high, step=knob.step).props(
-            f'dense data-testid="slider-{name}" aria-label="{knob.label}"'
-        )
+    row = KnobRow()
+    row.props["name"] = knob.path.replace(".", "-")
+    row.props["label"], row.props["unit"] = knob.label, unit_text(knob.unit)
+    row.props["low"], row.props["high"], row.props["step"] = knob.low, knob.high, knob.step
 
-    def moved(value: float | None) -> None:
-        if value is not None and not slow.is_echo(value):
+    def turned(event: GenericEventArguments) -> None:
+        value = _number(event.args)
+        if value is not None and value != knob.value(tab.scenario):
             tab.turn(lambda scenario: knob.changed(scenario, round(value, 9)))
 
-    def typed() -> None:
-        value = number.value
-        here = knob.value(tab.scenario)
-        same = value is None or (here is not None and math.isclose(value, here, rel_tol=1e-9))
-        if same or not tab.change(lambda scenario: knob.changed(scenario, value)):
-            show(tab.scenario)
+    def typed(event: GenericEventArguments) -> None:
+        value = _number(event.args)
+        if value is None or not tab.change(lambda scenario: knob.changed(scenario, value)):
+            row.run_method("reset")
 
     def show(scenario: Scenario) -> None:
         value = knob.value(scenario)
         row.set_visibility(value is not None)
         if value is not None:
-            neat = float(f"{value:.10g}")
-            number.set_value(neat)
-            slow.shown = knob.within(neat)
-            slider.set_value(slow.shown)
+            row.show(float(f"{value:.10g}"))
 
-    slider.on_value_change(lambda event: moved(event.value))
-    number.on("blur", typed).on("keydown.enter", typed)
+    row.on("turn", turned)
+    row.on("typed", typed)
     tab.scenario_listeners.append(show)
     show(tab.scenario)
 
 
-class _Echo:
-    """Tells a slider's move by hand from the one that follows when the page sets it."""
-
-    shown: float | None = None
-
-    def is_echo(self, value: float) -> bool:
-        """Whether the slider says what it was told."""
-        return self.shown is not None and math.isclose(value, self.shown, rel_tol=1e-9, abs_tol=1e-12)
+def _number(given: object) -> float | None:
+    """What a page sent, if it is a number."""
+    return float(given) if isinstance(given, (int, float)) and math.isfinite(given) else None
 
 
 def _choice(tab: Tab, choice: Choice) -> None:
