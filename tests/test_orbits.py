@@ -18,7 +18,7 @@ ONE = np.zeros(1, dtype=np.int64)
 
 @pytest.fixture(scope="module")
 def scenario() -> hm.Scenario:
-    return hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    return hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_heights_where_long_runs_settle(scenario: hm.Scenario, frequency: float,
 
 
 def test_no_stable_orbit_at_the_preset_itself() -> None:
-    assert not hm.find_orbit(hm.load("paper/fig3c")).stable
+    assert not hm.find_orbit(hm.load("nose-first/fig3c")).stable
 
 
 def test_orbit_repeats_in_the_adaptive_integrator(scenario: hm.Scenario, orbit: hm.Orbit) -> None:
@@ -152,7 +152,7 @@ def test_batch_gives_the_same_orbits_as_one_by_one(scenario: hm.Scenario, orbit:
 
 def test_straight_run_under_the_magnet_is_unstable() -> None:
     """Force rises as the gap shrinks, so that the vertical balance loses itself within tens of seconds at 102 mm."""
-    data = hm.load("paper/table1-row1").model_dump(mode="python")
+    data = hm.load("nose-first/table1-row1").model_dump(mode="python")
     straight = hm.Scenario.model_validate(data | {"workspace": {}})
     found = hm.find_orbit(straight)
     assert found.found

@@ -21,7 +21,7 @@ from helimag.outcomes import BasinEnd, End, Verdict
 
 @pytest.fixture(scope="module")
 def orbit() -> hm.Orbit:
-    return hm.find_orbit(hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
+    return hm.find_orbit(hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
 
 
 def flow_of(orbit: hm.Orbit, stages: int) -> SlowFlow:
@@ -84,7 +84,7 @@ def test_design_meets_the_wish_and_its_runs_stay(monkeypatch: pytest.MonkeyPatch
         (full_runs, "LONGEST_RUN", 3000.0),
     ):
         monkeypatch.setattr(module, name, value)
-    scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    scenario = hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
     limits = {"drive.frequency": (2.0, 3.2), "drive.pitch": (math.radians(6.0), math.radians(16.0))}
     result = design(scenario, speed=4.5e-4, limits=limits, runs=6)
     assert result.orbit.stable
@@ -99,7 +99,7 @@ def test_design_meets_the_wish_and_its_runs_stay(monkeypatch: pytest.MonkeyPatch
 
 
 def test_design_refuses_what_cannot_be() -> None:
-    scenario = hm.load("paper/fig3c")
+    scenario = hm.load("nose-first/fig3c")
     with pytest.raises(hm.InputError, match="more inputs"):
         design(scenario, speed=1e-3, limits={"drive.pitch": (0.1, 0.2)})
     with pytest.raises(hm.InputError, match="lower and a higher"):

@@ -21,11 +21,11 @@ def run(helimag):
     return partial(helimag, "robot")
 
 
-SHORT = ("paper/table1-row1", "--set", "run.duration=20 s", "--set", "workspace={}")
+SHORT = ("nose-first/table1-row1", "--set", "run.duration=20 s", "--set", "workspace={}")
 
 
 def test_check_reports_a_straight_run_as_feasible(run):
-    status, out, _ = run("check", "paper/table1-row3", "--json")
+    status, out, _ = run("check", "nose-first/table1-row3", "--json")
     report = json.loads(out)
     assert status == 0
     assert report["feasible"] is True
@@ -34,7 +34,7 @@ def test_check_reports_a_straight_run_as_feasible(run):
 
 
 def test_check_reports_a_circle_with_the_laps_it_allows(run):
-    status, out, _ = run("check", "paper/fig3c")
+    status, out, _ = run("check", "nose-first/fig3c")
     assert status == 0
     assert "NOT feasible" in out
     assert "A6 would pass its limit of 350.00 deg" in out
@@ -49,7 +49,7 @@ def test_programme_is_written_read_back_and_replayed(run, tmp_path):
     status, out, _ = run("read-back", tmp_path / "row1.src", *SHORT, "--json")
     assert status == 0
     assert json.loads(out)["position_m"] < 1e-6
-    status, _, err = run("read-back", tmp_path / "row1.src", "paper/table1-row7")
+    status, _, err = run("read-back", tmp_path / "row1.src", "nose-first/table1-row7")
     assert status == 1
     assert "not the programme of this scenario" in err
     for log in ("row1_path.csv", "row1.src"):
@@ -63,13 +63,13 @@ def test_programme_is_written_read_back_and_replayed(run, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("program", "paper/table1-row1", "-o", "{}", "--name", "x();HALT"), "programme's name"),
-        (("program", "paper/table1-row1", "-o", "{}"), "--accept-unbounded"),
-        (("program", "paper/fig3c", "-o", "{}"), "A6 would pass its limit"),
-        (("check", "paper/fig3c", "--cell", "{}/none.toml"), "neither"),
-        (("read-back", "{}/none.src", "paper/fig3c"), "there is no file"),
-        (("replay", "{}/none.csv", "paper/fig3c"), "there is no file"),
-        (("jitter", "paper/table1-row1", "{}/none.toml"), "there is no file"),
+        (("program", "nose-first/table1-row1", "-o", "{}", "--name", "x();HALT"), "programme's name"),
+        (("program", "nose-first/table1-row1", "-o", "{}"), "--accept-unbounded"),
+        (("program", "nose-first/fig3c", "-o", "{}"), "A6 would pass its limit"),
+        (("check", "nose-first/fig3c", "--cell", "{}/none.toml"), "neither"),
+        (("read-back", "{}/none.src", "nose-first/fig3c"), "there is no file"),
+        (("replay", "{}/none.csv", "nose-first/fig3c"), "there is no file"),
+        (("jitter", "nose-first/table1-row1", "{}/none.toml"), "there is no file"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(run, tmp_path, arguments, words):
@@ -92,7 +92,7 @@ def test_jitter_prints_each_kind(run, tmp_path):
 
 def test_robodk_script_makes_the_plan_s_moves(monkeypatch):
     """The script runs against a stand-in for RoboDK that records what it is told, its angles spelled out."""
-    found = plan(load("paper/fig3c").replaced({"run.duration": "100 s"}), load_cell())
+    found = plan(load("nose-first/fig3c").replaced({"run.duration": "100 s"}), load_cell())
     calls = []
 
     class Arm:

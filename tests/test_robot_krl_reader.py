@@ -24,7 +24,7 @@ SECONDS = 193.9  # of row 1 as planned
 
 @cache
 def planned(kind="line"):
-    row = load("paper/table1-row1")
+    row = load("nose-first/table1-row1")
     still = {"drive.velocity": (0.0, 0.0, 0.0), "run.duration": "60 s"}
     match kind:
         case "line":
@@ -36,9 +36,9 @@ def planned(kind="line"):
         case "turn":
             return plan(row.replaced({**still, "drive.yaw_rate": "2 deg/s"}), CELL)
         case "arcs":
-            return plan(load("paper/fig3c").replaced({"run.duration": "120 s"}), CELL)
+            return plan(load("nose-first/fig3c").replaced({"run.duration": "120 s"}), CELL)
         case "unwinding":
-            return plan(load("paper/fig3c").replaced({"run.duration": "420 s"}), CELL, unwind=True)
+            return plan(load("nose-first/fig3c").replaced({"run.duration": "420 s"}), CELL, unwind=True)
 
 
 @cache
@@ -463,7 +463,7 @@ def test_files_are_found_by_either_case_and_comments_may_be_in_any_encoding(tmp_
     ],
 )
 def test_the_command_says_what_differs(monkeypatch, capsys, case, status, words):
-    arguments = ["robot", "read-back", str(CASES / case / "row1.src"), "paper/table1-row1"]
+    arguments = ["robot", "read-back", str(CASES / case / "row1.src"), "nose-first/table1-row1"]
 
     def call(*more):
         monkeypatch.setattr(sys, "argv", ["helimag", *arguments, *more])

@@ -49,7 +49,7 @@ def scenario(head, *, weight=WEIGHT, near=True, **workspace):
         "weight": {"net_weight": weight, "gravity_center": 0.0},
         "hydrodynamics": {"model": "boundary", "near_walls": near, "tolerance": 0.05},
     }
-    return hm.load("paper/fig3c").replaced(
+    return hm.load("nose-first/fig3c").replaced(
         {
             "device": device,
             "workspace": workspace,
@@ -166,4 +166,4 @@ def test_walls_and_open_water_mix_in_a_batch():
 
 def test_near_walls_go_with_the_boundary_model():
     with pytest.raises(hm.InputError, match=r"near_walls goes with model"):
-        hm.load("paper/fig3c").replaced({"device.hydrodynamics": {"model": "lighthill", "near_walls": True}})
+        hm.load("nose-first/fig3c").replaced({"device.hydrodynamics": {"model": "lighthill", "near_walls": True}})

@@ -48,25 +48,30 @@ def plot(
 
 
 def reproduce(
-    what: Literal["fig3", "fig4"],
+    what: Literal["fig3", "fig4", "fig5", "table1"],
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path(),
     json: Json = False,
 ) -> None:
-    """Compute a figure of the paper and print it beside the published values.
+    """Compute a figure or table of the paper and print it beside the published values.
 
     Parameters
     ----------
     what
-        Which figure.
+        Which figure or table.
     output
         Folder for the figure, the table and the runs.
     """
     from helimag import reproduce as book
 
     with progress_bar(f"reproducing {what}") as progress:
-        result = book.fig3(output, progress=progress) if what == "fig3" else book.fig4(output, progress=progress)
+        if what == "fig4":
+            characterized = book.fig4(output, progress=progress)
+            text, report = characterized.text, {"rows": characterized.rows, "trends": characterized.trends}
+        else:
+            made = {"fig3": book.fig3, "fig5": book.fig5, "table1": book.table1}[what](output, progress=progress)
+            text, report = made.text, {"rows": made.rows, "comparison": made.comparison}
     if json:
-        print_json(result.rows)
+        print_json(report)
     else:
-        print(result.text)
+        print(text)

@@ -1,5 +1,6 @@
 """Commands about single runs: presets, simulate, resistance."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +12,7 @@ from helimag.cli._shared import (
     ScenarioName,
     check_target,
     degrees,
+    leading_words,
     print_json,
     print_warnings,
     progress_bar,
@@ -119,6 +121,8 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "slips": judgement.slips,
         "wobble_deg": degrees(judgement.wobble),
         "attack_angle_deg": degrees(judgement.attack_angle),
+        "leads": trajectory.leading_end,
+        "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
         "wall_time_s": trajectory.dataset.attrs["wall_time"],
     }
@@ -146,6 +150,7 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
         f"  attack angle  {degrees(judgement.attack_angle):.1f} deg, wobble {degrees(judgement.wobble):.1f} deg"
         " over the second half"
     )
+    print(f"  leads         {leading_words(trajectory.leading_end, trajectory.leading_cosine)}")
     print(f"  slips         {judgement.slips}")
     guesses = [
         f"{path} {mark.partition(':')[0]}" for path, mark in scenario.provenance.items() if "published" not in mark

@@ -41,7 +41,7 @@ def simulate(
     duration, interval
         Instead of the scenario's own: seconds, or text with a unit.
     initial_state
-        (7,): head position (m) and quaternion w, x, y, z; default the scenario's start, level along x.
+        (7,): head position (m) and quaternion w, x, y, z; default the scenario's start.
     tolerance
         Of one step, see :func:`advance`.
     device
@@ -85,7 +85,7 @@ def simulate_many(
     scenarios
         At least one; they may differ in everything.
     initial_states
-        (runs, 7): head position (m) and quaternion w, x, y, z; default each scenario's start, level along x.
+        (runs, 7): head position (m) and quaternion w, x, y, z; default each scenario's start.
     tolerance
         Of one step, see :func:`advance`.
     device

@@ -24,7 +24,7 @@ from helimag.physics.kinematics import (
     sampled_rpm_pose,
     state_rates,
 )
-from helimag.physics.magnetics import FieldSource, phased_axis
+from helimag.physics.magnetics import FieldSource, moment_axis
 from helimag.scenario import Scenario
 
 MAGNET_MODELS = {"dipole": magnetics.point_dipole, "cylinder": magnetics.cylinder}
@@ -71,10 +71,9 @@ def build_load(magnet_model: Callable[..., Any]) -> wp.Function:
     def load(magnets: wp.array(dtype=FieldSource), pose: RpmPose, head: wp.vec3d, m: wp.vec3d):
         field = wp.vec3d()
         force = wp.vec3d()
-        rotation_axis = wp.vec3d(pose.rotation[0, 0], pose.rotation[1, 0], pose.rotation[2, 0])
         for j in range(magnets.shape[0]):
             r = head - pose.position - pose.rotation * magnets[j].offset
-            axis = phased_axis(magnets[j], pose.moment_axis, rotation_axis)
+            axis = moment_axis(magnets[j], pose.rotation, pose.spin)
             field_j, force_j = magnet_model(magnets[j], r, axis, m)
             field += field_j
             force += force_j

@@ -31,6 +31,8 @@ class Shown:
     lag: Floats | None  # deg
     slips: Floats | None
     scenario: Scenario | None
+    leading_end: str
+    leading_cosine: float
     judgement: Judgement | None
     verdict: str
 
@@ -65,6 +67,8 @@ def shown(trajectory: Trajectory) -> Shown:
         gap=values("gap", 1e3),
         attack=attack,
         attack_spread=attack_spread,
+        leading_end=trajectory.leading_end,
+        leading_cosine=trajectory.leading_cosine,
         lag=values("phase_lag", 180.0 / np.pi),
         slips=values("slips"),
         scenario=None if trajectory.scenario_toml is None else parse(trajectory.scenario_toml, "the run's scenario"),

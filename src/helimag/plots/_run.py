@@ -1,6 +1,7 @@
 """One run in one figure: path, height, gap, attack angle, phase lag, and the verdict in words."""
 
 from collections.abc import Callable
+from math import isnan
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -94,5 +95,6 @@ def _title(run: Shown) -> str:
         judgement = run.judgement
         ratio = f"{1e3 * judgement.output:.1f} mm / {1e3 * judgement.input:.1f} mm"
         slips = "" if run.slips is None else f";  slips: {judgement.slips}"
-        lines.append(f"gain = y / u = {ratio} = {judgement.gain:.3f}{slips}")
+        leads = "" if isnan(run.leading_cosine) else f";  leads: {run.leading_end}, cosine {run.leading_cosine:+.2f}"
+        lines.append(f"gain = y / u = {ratio} = {judgement.gain:.3f}{slips}{leads}")
     return "\n".join(lines)

@@ -2,5 +2,6 @@
 
 from helimag.reproduce._fig3 import Reproduction, fig3
 from helimag.reproduce._fig4 import fig4
+from helimag.reproduce._straight import fig5, table1
 
-__all__ = ["Reproduction", "fig3", "fig4"]
+__all__ = ["Reproduction", "fig3", "fig4", "fig5", "table1"]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
+from helimag.engine import angles_of_start
 from helimag.errors import InputError
 from helimag.geometry import turn
 from helimag.robot.arm.cell import Cell
@@ -153,11 +154,14 @@ def replayed(scenario: Scenario, log: Log, source: str) -> Scenario:
         "pitch": pitch.tolist(),
         "phase": (phase - 2.0 * math.pi * round(float(phase[0]) / (2.0 * math.pi))).tolist(),
     }
+    # an arm's first moments say little of where it goes: the end that leads is the scenario's own
+    pinned = {} if scenario.drive.heading is None else {"drive.heading": angles_of_start(scenario)}
     return scenario.replaced(
         {
             "drive.path": path,
             "drive.yaw_rate": 0.0,
             "drive.velocity": (0.0, 0.0, 0.0),
+            **pinned,
             "run.duration": min(scenario.run.duration, float(log.time[-1])),
             "provenance": {**scenario.provenance, "drive.path": f"measured: {source}"},
         }

@@ -12,6 +12,7 @@ from helimag.errors import InputError
 from helimag.outcomes import End, Verdict
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.heights import Heights, SlowTimes
+from helimag.runs.leading import leading_end, path_cosine
 from helimag.runs.netcdf import read_netcdf, write_netcdf
 from helimag.runs.validation import check_run
 
@@ -149,6 +150,20 @@ class Trajectory:
         """Those of the scenario, where they are known."""
         fold, lap = (self.dataset.attrs.get(name) for name in ("fold_time", "lap_time"))
         return None if fold is None else SlowTimes(lap=None if lap is None else float(lap), fold=float(fold))
+
+    @cached_property
+    def leading_cosine(self) -> float:
+        """Mean cosine between nose and velocity, weighted by the way gone: 1 head first, -1 helix first.
+
+        nan where the run holds no attitudes, or the device stays in its place.
+        """
+        nowhere = np.full_like(self._values("position"), np.nan)
+        return path_cosine(self._values("position"), self._values("long_axis", nowhere))
+
+    @property
+    def leading_end(self) -> str:
+        """The end in front: ``"head"``, ``"helix"``, or ``"neither"``."""
+        return leading_end(self.leading_cosine)
 
     @property
     def final_state(self) -> Floats:

@@ -4,7 +4,15 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    Tag,
+    ValidationInfo,
+)
 from pydantic_core import CoreSchema, core_schema
 
 from helimag import quantities as q
@@ -81,3 +89,14 @@ Remanence = Annotated[float, Quantity(q.REMANENCE, "positive")]
 Viscosity = Annotated[float, Quantity(q.VISCOSITY, "positive")]
 Density = Annotated[float, Quantity(q.DENSITY, "not negative")]
 LengthRange = tuple[Length, Length]
+
+
+def _form(value: object) -> str:
+    """Which form a heading is given in."""
+    return "end" if isinstance(value, str) else "angles"
+
+
+Heading = Annotated[
+    Annotated[Literal["helix", "head"], Tag("end")] | Annotated[tuple[Angle, Angle, Angle], Tag("angles")],
+    Discriminator(_form),
+]

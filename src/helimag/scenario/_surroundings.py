@@ -13,6 +13,7 @@ from helimag.scenario._fields import (
     AngularRate,
     Density,
     Frequency,
+    Heading,
     Length,
     LengthRange,
     Moment,
@@ -89,7 +90,13 @@ class Magnet(Part):
 
 
 class Drive(Part):
-    """What the arm and the motor do: the paper's inputs."""
+    """What the arm and the motor do: the paper's inputs; and where the device begins, and which end first.
+
+    ``heading`` is the end that leads at the start, ``"helix"`` or ``"head"``: the device is then level along the
+    magnet's rotation axis, with that end where the drive carries it. In its place there may be a whole attitude: yaw,
+    pitch and roll of R_z(yaw) R_y(-pitch) R_x(roll), where pitch is the attack angle of the head. Left out, the head
+    points along x.
+    """
 
     frequency: Frequency
     pitch: Angle
@@ -98,6 +105,7 @@ class Drive(Part):
     velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
     pitch_about: Literal["origin", "magnet"] = "origin"
     start: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    heading: Heading | None = None
     path: Path | None = None  # takes the place of distance, velocity, yaw_rate and, where it has its own, of pitch
 
     @model_validator(mode="after")

@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.geometry import long_axes
 from helimag.outcomes import OrbitStatus
+from helimag.runs import leading_end
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -89,6 +91,20 @@ class Orbit:
         """Of the head along its mean path in the lab, m/s."""
         drive = self.scenario.drive
         return math.hypot(*drive.velocity, drive.yaw_rate * self.radius if drive.yaw_rate else 0.0)
+
+    @property
+    def leading_cosine(self) -> float:
+        """Cosine between nose and velocity in the lab: 1 head first, -1 helix first; nan where the drive stands."""
+        drive = self.scenario.drive
+        x, y, _ = self.mean_position
+        velocity = np.array(drive.velocity) + drive.yaw_rate * np.array([-y, x, 0.0])
+        speed = float(np.linalg.norm(velocity))
+        return float(long_axes(self.state[3:]) @ velocity) / speed if speed > 0.0 else math.nan
+
+    @property
+    def leading_end(self) -> str:
+        """The end in front: ``"head"``, ``"helix"``, or ``"neither"``."""
+        return leading_end(self.leading_cosine)
 
     @property
     def text(self) -> str:

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from helimag.engine import (
     DOP853,
     System,
-    arm_position,
     pack_bodies,
     pack_drives,
     pack_magnets,
@@ -24,6 +23,7 @@ from helimag.engine import (
     system_of,
 )
 from helimag.errors import InputError
+from helimag.geometry import magnet_start
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.period import Measures, Passage, build_pass
 from helimag.orbits.strobe.watching import INTERVAL, Watch
@@ -106,7 +106,7 @@ class Problem:
         ]
         self.period = np.array([1.0 / abs(scenario.drive.frequency) for scenario in scenarios])
         self.length = np.array([scenario.drive.distance for scenario in scenarios])
-        self.arm = np.array([arm_position(scenario) for scenario in scenarios])
+        self.arm = np.array([magnet_start(scenario.drive) for scenario in scenarios])
         self.contact = np.array([scenario.contact_distance for scenario in scenarios])
         self.lowest = self.arm[:, 2] - 3.0 * np.abs(
             self.arm[:, 2] - np.array([scenario.drive.start[2] for scenario in scenarios])
