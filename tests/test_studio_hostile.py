@@ -25,7 +25,7 @@ from helimag.studio.spreads import spread_from_bytes  # noqa: E402
 
 GOOD = hm.load("paper/fig3c").to_toml()
 BODY = 'weight = { net_weight = "1 uN", gravity_center = "0 mm" }'
-FILES = ("/etc/passwd", "../../../etc/passwd", "C:\\\\Windows\\\\win.ini", "file:///etc/passwd", "//elsewhere/share/x.stl")
+FILES = ("/etc/passwd", "../../etc/passwd", "C:\\\\Windows\\\\win.ini", "file:///etc/passwd", "//elsewhere/share/x.stl")
 
 
 def linked(text):
@@ -158,7 +158,11 @@ def asked(path, port, *, method="GET", host=None, more=""):
     return f"{method} {path} HTTP/1.1\r\nHost: {name}\r\nConnection: close\r\n{more}\r\n"
 
 
-UPGRADE = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: x3JJHMbDL1EzLkh9GBhXDw==\r\nSec-WebSocket-Version: 13\r\n"
+UPGRADE = (
+    "Upgrade: websocket\r\nConnection: Upgrade\r\n"
+    "Sec-WebSocket-Key: x3JJHMbDL1EzLkh9GBhXDw==\r\nSec-WebSocket-Version: 13\r\n"
+)
+UPLOAD = "/_nicegui/client/x/upload/1"
 SOCKET = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
 
 
@@ -192,8 +196,8 @@ def test_no_address_leads_to_a_file(open_port, path):
 REFUSED = {
     "another host": (421, {"path": "/", "host": "evil.example"}, ""),
     "a host that ends alike": (421, {"path": "/", "host": "localhost.evil.example"}, ""),
-    "another origin posts": (403, {"path": "/_nicegui/client/x/upload/1", "method": "POST"}, "Origin: http://evil.example\r\n"),
-    "nobody's origin posts": (403, {"path": "/_nicegui/client/x/upload/1", "method": "POST"}, ""),
+    "another origin posts": (403, {"path": UPLOAD, "method": "POST"}, "Origin: http://evil.example\r\n"),
+    "nobody's origin posts": (403, {"path": UPLOAD, "method": "POST"}, ""),
     "a page in a sandbox": (403, {"path": "/", "method": "POST"}, "Origin: null\r\n"),
     "another origin's websocket": (403, {"path": SOCKET}, UPGRADE + "Origin: http://evil.example\r\n"),
     "a websocket of no origin": (403, {"path": SOCKET}, UPGRADE),
@@ -208,7 +212,8 @@ REFUSED = {
 def test_a_request_that_is_not_ours_is_refused(open_port, name):
     status, given, more = REFUSED[name]
     port, _ = open_port
-    found, body = said(port, asked(given["path"], port, method=given.get("method", "GET"), host=given.get("host"), more=more))
+    method, host = given.get("method", "GET"), given.get("host")
+    found, body = said(port, asked(given["path"], port, method=method, host=host, more=more))
     assert found == status
     assert b"passwd" not in body
 
@@ -275,7 +280,8 @@ def test_no_name_is_markup(open_port, tmp_path):
     """Script in every string that a scenario, a run and a file can have is shown as it is written."""
     port, _ = open_port
     marks = f'"drive.pitch" = "measured: {SCRIPT}"'
-    text = GOOD.replace('name = "paper/fig3c"', f'name = "{SCRIPT}"').split("[provenance]")[0] + f"[provenance]\n{marks}\n"
+    named = GOOD.replace('name = "paper/fig3c"', f'name = "{SCRIPT}"')
+    text = named.split("[provenance]")[0] + f"[provenance]\n{marks}\n"
     scenario = scenario_from_bytes(text.encode())
     run = hm.simulate(scenario, duration=100.0)
     run.save(tmp_path / "run.nc")

@@ -82,6 +82,7 @@ class Choice:
     label: str
     words: dict[str, str]
     group: str
+    optional: bool = False
 
     def value(self, scenario: Scenario) -> str | None:
         """The word that a scenario has; None where it has none of these."""
@@ -105,6 +106,7 @@ class Choice:
 
 
 CHOICES = (
+    Choice("drive.heading", "End that leads at the start", {"helix": "helix", "head": "head"}, "Drive", optional=True),
     Choice(
         "drive.pitch_about",
         "Pitch swings the magnet",

@@ -1,6 +1,5 @@
 """The page: its bar, inputs, verdict, scene, and the side with charts, map and the rest."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,11 +16,20 @@ from helimag.studio.panels.inputs import inputs
 from helimag.studio.panels.map import MapPanel
 from helimag.studio.panels.robot import robot_panel
 from helimag.studio.panels.stage import stage
+from helimag.studio.panels.tour import Side, tour
 from helimag.studio.panels.verdict import verdict
 from helimag.studio.pictures import Shelf, drop_shelf, new_shelf
 from helimag.studio.state import TabState
 from helimag.studio.tab import Tab
 
+TABS = {
+    "Charts": "show_chart",
+    "Map": "map",
+    "Compare": "compare",
+    "Robot": "precision_manufacturing",
+    "Explain": "lightbulb",
+    "Ensemble": "casino",
+}
 STYLE = (Path(__file__).parent / "static" / "studio.css").read_text(encoding="utf-8")
 
 
@@ -60,26 +68,39 @@ async def page(setting: Setting, link: str | None) -> None:
             verdict(tab)
             stage(tab, shelf)
         with ui.element("section").classes("hs-side hs-panel"):
-            _side(tab, shelf)
+            side = _side(tab, shelf)
     if problem is not None:
         tab.complain(problem)
     tab.begin()
+    if setting.demo and not store.get("toured"):
+        store["toured"] = True
+        tour(tab, side)
 
 
-def _side(tab: Tab, shelf: Shelf) -> None:
+def _side(tab: Tab, shelf: Shelf) -> Side:
     """The tabs at the side."""
-    panels: dict[str, tuple[str, Callable[[], object]]] = {
-        "Charts": ("show_chart", charts),
-        "Map": ("map", lambda: MapPanel(tab)),
-        "Compare": ("compare", lambda: ComparePanel(tab, shelf)),
-        "Robot": ("precision_manufacturing", lambda: robot_panel(tab)),
-        "Explain": ("lightbulb", lambda: explain_panel(tab)),
-        "Ensemble": ("casino", lambda: EnsemblePanel(tab)),
-    }
     with ui.tabs().props("dense no-caps outside-arrows mobile-arrows align=justify") as tabs:
-        for name, (icon, _) in panels.items():
+        for name, icon in TABS.items():
             ui.tab(name, icon=icon).props(f'data-testid="tab-{name.lower()}"')
     with ui.tab_panels(tabs, value="Charts", animated=False):
-        for name, (_, build) in panels.items():
-            with ui.tab_panel(name):
-                build()
+        with ui.tab_panel("Charts"):
+            charts()
+        with ui.tab_panel("Map"):
+            map_panel = MapPanel(tab)
+        with ui.tab_panel("Compare"):
+            compare_panel = ComparePanel(tab, shelf)
+        with ui.tab_panel("Robot"):
+            check = robot_panel(tab)
+        with ui.tab_panel("Explain"):
+            explain = explain_panel(tab)
+        with ui.tab_panel("Ensemble"):
+            EnsemblePanel(tab)
+    return Side(
+        tabs.set_value,
+        map_panel.start,
+        map_panel.stop,
+        compare_panel.pin,
+        compare_panel.clear,
+        check,
+        explain,
+    )

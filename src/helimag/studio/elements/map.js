@@ -11,7 +11,7 @@ const SHADES = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80"
 export default {
   template: `
     <div class="hs-map" data-testid="map" @click="pick" @pointermove="hover" @pointerleave="told = null" role="img"
-         :aria-label="'Map over ' + first.label + ' and ' + second.label" :data-cells="cells.length">
+         :aria-label="'Map over ' + first.label + ' and ' + second.label" :data-cells="cells.length" :data-curves="curves.length">
       <canvas ref="canvas"></canvas>
       <div v-if="told" class="hs-tip" :style="{left: told.x + 'px', top: told.y + 'px'}">{{ told.text }}</div>
     </div>`,

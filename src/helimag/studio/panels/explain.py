@@ -1,5 +1,7 @@
 """Each input's effect, with the paper's equation and today's numbers."""
 
+from collections.abc import Callable
+
 from nicegui import ui
 
 from helimag.scenario import Scenario
@@ -9,8 +11,8 @@ from helimag.studio.panels.controls import button
 from helimag.studio.tab import Tab
 
 
-def explain_panel(tab: Tab) -> None:
-    """Build the panel."""
+def explain_panel(tab: Tab) -> Callable[[], None]:
+    """Build the panel; gives what starts the explanation."""
     job = Job(tab.live)
     explained = [""]
 
@@ -36,6 +38,7 @@ def explain_panel(tab: Tab) -> None:
         status = ui.label("").classes("hs-small").props('data-testid="explain-status"')
     table = ui.element("div").classes("hs-cards").props('data-testid="effects"')
     tab.scenario_listeners.append(outdated)
+    return start
 
 
 def _card(effect: Effect) -> None:

@@ -73,9 +73,8 @@ def _choice(tab: Tab, choice: Choice) -> None:
 
     def show(scenario: Scenario) -> None:
         word = choice.value(scenario)
-        chosen.set_visibility(word is not None)
-        if word is not None:
-            chosen.set_value(word)
+        chosen.set_visibility(word is not None or choice.optional)
+        chosen.set_value(word)
 
     chosen.on_value_change(lambda event: picked(event.value))
     tab.scenario_listeners.append(show)

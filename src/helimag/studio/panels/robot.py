@@ -53,8 +53,8 @@ def programme(scenario: Scenario, *, unwind: bool, accept: bool, progress: Calla
     return Programme(report, {**files, "report.json": text, "scenario.toml": scenario.to_toml().encode()}, None)
 
 
-def robot_panel(tab: Tab) -> None:
-    """Build the panel."""
+def robot_panel(tab: Tab) -> Callable[[], None]:
+    """Build the panel; gives what starts the check."""
     job = Job(tab.live)
     made: list[Programme] = []
 
@@ -93,6 +93,7 @@ def robot_panel(tab: Tab) -> None:
     status = ui.label("").props('data-testid="robot-status"')
     table = ui.element("div").classes("hs-cards")
     tab.scenario_listeners.append(lambda scenario: _outdated(made, scenario, get, status))
+    return start
 
 
 def _outdated(made: list[Programme], scenario: Scenario, get: ui.button, status: ui.label) -> None:
