@@ -7,7 +7,7 @@ from helimag.errors import MissingExtra
 if find_spec("nicegui") is None:
     raise MissingExtra("the studio needs nicegui: pip install helimag[studio]")
 
-from helimag.studio.intake import link_of  # noqa: E402
-from helimag.studio.server import serve  # noqa: E402
+from helimag.studio.intake import link_of
+from helimag.studio.server import serve
 
 __all__ = ["link_of", "serve"]

@@ -39,7 +39,7 @@ class Effect:
 
 
 EQUATIONS = {
-    "drive.frequency": "Ωₐ turns Mₐ at 2π fₐ; fᵥᵢₛᶜ = −R·(v, ω)   (7)",
+    "drive.frequency": "Ωₐ turns Mₐ at 2π fₐ; f_visc = −R·(v, ω)   (7)",
     "drive.pitch": "Rₐ = R_z(γ̇ₐ t) R_y(−βₐ),  pₐ = Rₐ pₐ(0) + vₐ t   (1), (3)",
     "drive.distance": "B = μ₀ / (4π r³) (3 r̂ r̂ᵀ − I) Mₐ   (9);  pull = ∇(m·B) ∝ 1/r⁴   (4)",
     "drive.yaw_rate": "Rₐ = R_z(γ̇ₐ t) R_y(−βₐ): the magnet circles   (1), (3)",
@@ -47,7 +47,7 @@ EQUATIONS = {
     "device.weight.net_weight": "f_g = V (ρ_r − ρ_f) g: weight less buoyancy   (8)",
     "device.weight.gravity_center": "τ_g = (r_CoV − r_CoM) × f_g   (8)",
     "device.magnetic_moment": "force (m·∇)B, torque m × B   (4)",
-    "fluid.viscosity": "fᵥᵢₛᶜ = −R·(v, ω), R ∝ μ   (7)",
+    "fluid.viscosity": "f_visc = −R·(v, ω), R ∝ μ   (7)",
 }
 
 
@@ -106,8 +106,8 @@ def _today(path: str, found: Diagnosis) -> str:
     field, roll = found.field, found.roll_rates
     swum, way = f"{1e3 * found.swimming_speed:.3f} mm/s", "up" if rise > 0 else "down"
     return {
-        "drive.frequency": f"swims {1e3 * abs(found.advance):.3f} mm a turn, {swum}; step is lost above "
-        f"{found.step_out_frequency:.1f} Hz, {found.margin:.1f} times the present",
+        "drive.frequency": f"swims {1e3 * abs(found.advance):.3f} mm a turn, {swum}; step is kept up to "
+        f"{found.step_out_frequency:.1f} Hz at least, {found.margin:.1f} times the present",
         "drive.pitch": f"settled, it swims {found.settled.swims} first, its thrust {abs(rise):.1f} deg {way}",
         "drive.distance": f"pull {pull:.2f} µN at the start, {1e3 * found.start_distance:.1f} mm away; it carries the "
         f"weight {balance}",

@@ -13,7 +13,7 @@ const PANELS = [
   { title: "Height of the head", unit: "mm", lines: [["position", "height", "blue"]], band: ["low", "high"] },
   { title: "Gap to the magnet", unit: "mm", lines: [["gap", "gap", "blue"]] },
   { title: "Attack angle, head up", unit: "deg", lines: [["attack", "attack", "blue"]] },
-  { title: "Lag behind the field", unit: "deg", lines: [["lag", "lag", "blue"]] },
+  { title: "Lag behind the field", unit: "deg", lines: [["lag", "lag", "blue"]], soft: true },
   {
     title: "Vertical forces",
     unit: "µN",
@@ -134,7 +134,8 @@ export default {
         if (!run[name]) continue;
         const values = values_of(run, name);
         pen.strokeStyle = other < 0 ? colour(shade) : colour("other" + (other % 3));
-        pen.lineWidth = other < 0 ? 1.6 : 1.2;
+        pen.lineWidth = panel.soft ? 0.7 : other < 0 ? 1.6 : 1.2;
+        pen.globalAlpha = panel.soft ? 0.55 : 1;
         pen.setLineDash(other < 0 ? [] : [5, 3]);
         pen.beginPath();
         let down = false;
@@ -147,6 +148,7 @@ export default {
         });
         pen.stroke();
         pen.setLineDash([]);
+        pen.globalAlpha = 1;
       }
     },
     legend(pen, panel, frame, right) {

@@ -9,13 +9,18 @@ export default {
       <span class="hs-field"><input :id="name" class="hs-number" type="text" inputmode="decimal" autocomplete="off"
         :data-testid="'number-' + name" v-model="text" @keydown.enter="type" @blur="type" @focus="$event.target.select()"
         @input="writing = true"><span class="hs-unit">{{ unit }}</span></span>
-      <input class="hs-range" type="range" :min="low" :max="high" :step="step" :value="place" :aria-label="label + ', ' + unit"
+      <input class="hs-range" type="range" :min="low" :max="high" :step="step" :value="place" :aria-label="label + ', ' + unit" :style="{ '--at': share }"
         :data-testid="'slider-' + name" @input="turn">
     </div>`,
   props: { name: String, label: String, unit: String, low: Number, high: Number, step: Number, value: Number },
   emits: ["turn", "typed"],
   data() {
     return { text: shown(this.value), place: this.value, writing: false };
+  },
+  computed: {
+    share() {
+      return (100 * Math.min(1, Math.max(0, (this.place - this.low) / (this.high - this.low)))).toFixed(2) + "%";
+    },
   },
   watch: {
     value(value) {

@@ -19,7 +19,7 @@ export default {
         <div class="hs-note hs-note-right"><span v-for="line in told.remarks">{{ line }}<br></span></div>
         <div class="hs-note hs-note-foot">
           <span class="hs-key hs-key-blue">device's path</span><span class="hs-key hs-key-grey">magnet's path</span>
-          <span class="hs-key hs-key-green">axis the field turns about</span><span class="hs-key hs-key-orange">thrust</span>
+          <span class="hs-key hs-key-green">axis the field turns about</span><span class="hs-key hs-key-purple">thrust</span>
         </div>
       </div>
       <div class="hs-transport">
@@ -112,7 +112,7 @@ export default {
       this.group.add(this.past, this.line(run.position, "blue", 0.25), this.line(run.magnet, "grey", 0.7));
       runs.others.forEach((other, i) => this.group.add(this.line(other.position, "other" + (i % 3), 0.8)));
       this.axis = this.arrow("green", 0.2 * size);
-      this.thrust = this.arrow("orange", 0.13 * size);
+      this.thrust = this.arrow("purple", 0.3 * size);
       this.group.add(this.axis, this.thrust);
       this.frames(size);
       if (!this.framed || this.title !== run.title.split(",")[0]) this.look(run);
@@ -246,7 +246,7 @@ export default {
         return frame;
       };
       this.group.add(triad("lab", -0.045));
-      this.moving = triad("magnet’s frame, turns with the yaw", 0.165);
+      this.moving = triad("magnet’s frame", -0.13);
       this.group.add(this.moving);
       this.ends = [this.label("head", [0, 0, 0], "hs-3d"), this.label("", [0, 0, 0], "hs-3d")];
       this.group.add(this.ends[0]);

@@ -39,6 +39,7 @@ def verdict(tab: Tab) -> None:
                 stage = ui.label("").classes("hs-stage-note").props('data-testid="stage"')
             reason = ui.label("").classes("hs-reason").props('data-testid="reason"')
             outlook = ui.label("").classes("hs-outlook").props('data-testid="outlook"')
+            told = ui.tooltip("").classes("hs-told")
         with ui.element("div").classes("hs-gain"):
             ui.label("gain y / u").classes("hs-small")
             gain = ui.label("").classes("hs-figure").props('data-testid="gain"')
@@ -64,6 +65,7 @@ def verdict(tab: Tab) -> None:
             show(news.answer)
             stage.set_text(_stage(news))
             outlook.set_text(f"For all time: {news.answer.outlook}" if news.answer.outlook else " ")
+            told.set_text(f"{news.answer.reason}. {outlook.text}")
         if news.problem is not None:
             icon, kind = SIGNS[Verdict.FAILED]
             sign.set_name(icon)
