@@ -11,7 +11,7 @@ from helimag.studio.live import Live
 PATIENCE = 0.02  # s between looks at whether the live run is done
 
 
-class Stopped(Exception):
+class JobStopped(Exception):
     """The work is no longer wanted."""
 
 
@@ -48,7 +48,7 @@ class Job:
             try:
                 result = work(progress)
                 self._breathe(number)
-            except Stopped:
+            except JobStopped:
                 return
             except HelimagError as error:
                 if number == self._number:
@@ -66,8 +66,8 @@ class Job:
         self.running = False
 
     def _breathe(self, number: int) -> None:
-        """Raise Stopped where the work is no longer wanted; wait while the live run computes."""
+        """Raise JobStopped where the work is no longer wanted; wait while the live run computes."""
         while number == self._number and not self._live.idle.is_set():
             time.sleep(PATIENCE)
         if number != self._number:
-            raise Stopped
+            raise JobStopped

@@ -75,7 +75,7 @@ class Knob:
 
 
 @dataclass(frozen=True)
-class Choice:
+class WordChoice:
     """An input that is one of some words, each with what it means."""
 
     path: str
@@ -106,15 +106,17 @@ class Choice:
 
 
 CHOICES = (
-    Choice("drive.heading", "End that leads at the start", {"helix": "helix", "head": "head"}, "Drive", optional=True),
-    Choice(
+    WordChoice(
+        "drive.heading", "End that leads at the start", {"helix": "helix", "head": "head"}, "Drive", optional=True
+    ),
+    WordChoice(
         "drive.pitch_about",
         "Pitch swings the magnet",
         {"origin": "about the lab's origin", "magnet": "about its own centre"},
         "Drive",
     ),
-    Choice("device.helix.handedness", "Handedness", {"left": "left-handed", "right": "right-handed"}, "Device"),
-    Choice(
+    WordChoice("device.helix.handedness", "Handedness", {"left": "left-handed", "right": "right-handed"}, "Device"),
+    WordChoice(
         "device.hydrodynamics.model",
         "Drag",
         {
@@ -124,7 +126,7 @@ CHOICES = (
         },
         "Fluid",
     ),
-    Choice("magnet.field", "Magnet's field", {"dipole": "point dipole", "cylinder": "cylinder"}, "Magnet"),
+    WordChoice("magnet.field", "Magnet's field", {"dipole": "point dipole", "cylinder": "cylinder"}, "Magnet"),
 )
 
 DEGREE = math.pi / 180.0

@@ -59,7 +59,7 @@ class Axis2D:
 
 
 @dataclass(frozen=True)
-class Plane:
+class MapPlane:
     """A scenario and the two inputs that a map varies."""
 
     scenario: Scenario
@@ -84,7 +84,7 @@ class Plane:
     def holds_for(self, scenario: Scenario) -> bool:
         """Whether the map is of this scenario, wherever it lies in it."""
         try:
-            return Plane(scenario, self.first, self.second).key == self.key
+            return MapPlane(scenario, self.first, self.second).key == self.key
         except InputError:
             return False
 
@@ -93,7 +93,7 @@ class Plane:
 Cell = tuple[float, float, float, float, float | None, str, str, bool]
 
 
-def gain_cells(plane: Plane, step: int, done: set[tuple[int, int]], progress: Progress) -> Iterator[list[Cell]]:
+def gain_cells(plane: MapPlane, step: int, done: set[tuple[int, int]], progress: Progress) -> Iterator[list[Cell]]:
     """Cells of the nodes at every ``step`` that are not ``done`` yet, some at a time; marks them as done."""
     nodes = [(i, j) for j in range(0, NODES, step) for i in range(0, NODES, step) if (i, j) not in done]
     for begin in range(0, len(nodes), BATCH):
@@ -103,7 +103,7 @@ def gain_cells(plane: Plane, step: int, done: set[tuple[int, int]], progress: Pr
         done.update(part)
 
 
-def _judged(plane: Plane, nodes: list[tuple[int, int]], step: int, progress: Progress) -> list[Cell]:
+def _judged(plane: MapPlane, nodes: list[tuple[int, int]], step: int, progress: Progress) -> list[Cell]:
     xs, ys = plane.first.values, plane.second.values
     wide, high = step * (xs[1] - xs[0]), step * (ys[1] - ys[0])
     cells: list[Cell] = []
@@ -136,7 +136,7 @@ class Stability:
     curves: list[dict[str, object]]
 
 
-def stability(plane: Plane, nodes: int, progress: Progress) -> Stability:
+def stability(plane: MapPlane, nodes: int, progress: Progress) -> Stability:
     """Orbits over a grid and the exact boundary of where they are stable.
 
     Raises

@@ -7,7 +7,7 @@ from nicegui import ui
 SHARED = {"helimag-studio": "../static"}
 
 
-class Scene(ui.element, component="scene.js", esm=SHARED):
+class SceneView(ui.element, component="scene.js", esm=SHARED):
     """The tank in three dimensions, with the controls of time."""
 
 

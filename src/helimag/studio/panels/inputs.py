@@ -8,7 +8,7 @@ from nicegui.events import GenericEventArguments
 
 from helimag.scenario import Scenario
 from helimag.studio.elements import KnobRow
-from helimag.studio.knobs import CHOICES, GROUPS, KNOBS, Choice, Knob, unit_text
+from helimag.studio.knobs import CHOICES, GROUPS, KNOBS, Knob, WordChoice, unit_text
 from helimag.studio.tab import Tab
 
 OPEN = ("Drive", "Device")  # groups that are open at first
@@ -61,7 +61,7 @@ def _number(given: object) -> float | None:
     return float(given) if isinstance(given, (int, float)) and math.isfinite(given) else None
 
 
-def _choice(tab: Tab, choice: Choice) -> None:
+def _choice(tab: Tab, choice: WordChoice) -> None:
     chosen = ui.select(choice.words, label=choice.label).props(
         f'dense options-dense data-testid="choice-{choice.path.replace(".", "-")}"'
     )
@@ -81,5 +81,5 @@ def _choice(tab: Tab, choice: Choice) -> None:
     show(tab.scenario)
 
 
-def _to(choice: Choice, word: str) -> Callable[[Scenario], Scenario]:
+def _to(choice: WordChoice, word: str) -> Callable[[Scenario], Scenario]:
     return lambda scenario: choice.changed(scenario, word)

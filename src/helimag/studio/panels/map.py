@@ -11,7 +11,17 @@ from helimag.scenario import Scenario
 from helimag.studio.elements import Map
 from helimag.studio.jobs import Job
 from helimag.studio.knobs import BY_PATH, DIRECTION, present, unit_text
-from helimag.studio.mapping import BOUNDARY_NODES, STEPS, WIDTHS, Axis2D, Cell, Plane, Stability, gain_cells, stability
+from helimag.studio.mapping import (
+    BOUNDARY_NODES,
+    STEPS,
+    WIDTHS,
+    Axis2D,
+    Cell,
+    MapPlane,
+    Stability,
+    gain_cells,
+    stability,
+)
 from helimag.studio.panels.controls import button
 from helimag.studio.tab import Tab
 
@@ -27,7 +37,7 @@ class MapPanel:
     def __init__(self, tab: Tab) -> None:
         self.tab = tab
         self.job = Job(tab.live)
-        self.plane: Plane | None = None
+        self.plane: MapPlane | None = None
         self.cells: list[Cell] = []
         self.curves: list[dict[str, object]] = []
         self.box: list[float] | None = None
@@ -75,7 +85,7 @@ class MapPanel:
         except InputError as error:
             self.status.set_text(str(error))
             return False
-        self.plane = Plane(self.tab.scenario, *axes)
+        self.plane = MapPlane(self.tab.scenario, *axes)
         self.cells, self.curves, self.box, self.designed = [], [], None, None
         self.go_button.set_visibility(False)
         self.show()
@@ -196,7 +206,9 @@ class MapPanel:
             round(value / axis.knob.step) * axis.knob.step
             for value, axis in zip(values, (plane.first, plane.second), strict=True)
         ]
-        self.tab.change(lambda scenario: Plane(scenario, plane.first, plane.second).at(*(round(v, 9) for v in rounded)))
+        self.tab.change(
+            lambda scenario: MapPlane(scenario, plane.first, plane.second).at(*(round(v, 9) for v in rounded))
+        )
 
     def _add(self, cells: list[Cell]) -> None:
         self.cells += cells

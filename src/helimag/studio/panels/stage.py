@@ -2,7 +2,7 @@
 
 from nicegui import ui
 
-from helimag.studio.elements import Scene
+from helimag.studio.elements import SceneView
 from helimag.studio.live import News
 from helimag.studio.pictures import Shelf
 from helimag.studio.tab import Tab
@@ -11,7 +11,7 @@ from helimag.studio.tab import Tab
 def stage(tab: Tab, shelf: Shelf) -> None:
     """Build the scene, and send it the newest picture."""
     with ui.element("section").classes("hs-stage hs-panel").props('aria-label="Scene"'):
-        Scene()
+        SceneView()
 
     def heard(news: News) -> None:
         if news.picture is not None:

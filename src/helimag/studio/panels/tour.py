@@ -91,6 +91,13 @@ def stops(side: Side) -> list[Stop]:
             "drive.frequency",
             2.6,
         ),
+        *_later(side),
+    ]
+
+
+def _later(side: Side) -> list[Stop]:
+    """Those that look at the other tabs."""
+    return [
         Stop(
             "Pin a run, and lay the next one over it.",
             4.0,
