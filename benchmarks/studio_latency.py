@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import browser
 
 MOVES = 200
-LONG = 1000
+LONG = 1000 if len(sys.argv) < 2 else int(sys.argv[1])  # moves over which memory is watched
 WARM = 20
 
 # waits for a move's verdict and picture, and notes when the first and the whole came
@@ -90,18 +90,19 @@ def main() -> None:
         page.evaluate(WATCH)
         for i in range(WARM):
             page.evaluate("v => window.move(v)", value(i))
-        times = np.array([page.evaluate("v => window.move(v)", value(i)) for i in range(WARM, WARM + MOVES)])
+        times = 1e-3 * np.array([page.evaluate("v => window.move(v)", value(i)) for i in range(WARM, WARM + MOVES)])
+        print(f"first page, verdict included     {opened:6.2f} s; a second tab {again:.2f} s", flush=True)
+        for name, column in (("first verdict and picture", times[:, 0]), ("those of the whole run", times[:, 1])):
+            median, p95 = 1e3 * np.percentile(column, [50, 95])
+            print(f"{name:32s} {median:6.0f} ms median, {p95:.0f} ms at p95, of {MOVES} moves", flush=True)
         heap = "performance.memory.usedJSHeapSize / 1048576"
         memories = []
         for i in range(LONG):
             page.evaluate("v => window.move(v)", value(i))
             if i % 100 == 99:
                 memories.append((memory(server), page.evaluate(heap)))
-        first, whole = times[:, 0], times[:, 1]
-    print(f"first page, verdict included     {opened:6.2f} s; a second tab {again:.2f} s")
-    for name, column in (("first verdict and picture", first), ("those of the whole run", whole)):
-        median, p95 = np.percentile(column, [50, 95])
-        print(f"{name:32s} {median:6.0f} ms median, {p95:.0f} ms at p95, of {MOVES} moves")
+    if not memories:
+        return
     served, drawn = np.array(memories).T
     growth = served[-1] / served[0] - 1.0
     print(f"server's memory over {LONG} moves   {served[0]:6.0f} MB to {served[-1]:.0f} MB ({growth:+.1%})")

@@ -10,7 +10,7 @@ const GAP = 8;
 const FOOT = 22;
 
 const PANELS = [
-  { title: "Height of the head", unit: "mm", lines: [["position", "height", "blue"]], band: ["low", "high"] },
+  { title: "Height of the head", unit: "mm", lines: [["height", "height", "blue"]], band: ["low", "high"] },
   { title: "Gap to the magnet", unit: "mm", lines: [["gap", "gap", "blue"]] },
   { title: "Attack angle, head up", unit: "deg", lines: [["attack", "attack", "blue"]] },
   { title: "Lag behind the field", unit: "deg", lines: [["lag", "lag", "blue"]], soft: true },
@@ -26,9 +26,6 @@ const PANELS = [
     legend: true,
   },
 ];
-
-const values_of = (run, name) =>
-  name === "position" ? Float32Array.from(run.time, (_, i) => run.position[3 * i + 2]) : run[name];
 
 export default {
   template: `
@@ -77,8 +74,8 @@ export default {
       let high = -Infinity;
       for (const each of [run, ...runs.others])
         for (const [name] of panel.lines.concat((panel.band || []).map((b) => [b])))
-          if (each[name] || name === "position")
-            for (const value of values_of(each, name)) {
+          if (each[name])
+            for (const value of each[name]) {
               if (value < low) low = value;
               if (value > high) high = value;
             }
@@ -132,7 +129,7 @@ export default {
       if (!times) return;
       for (const [name, , shade] of panel.lines) {
         if (!run[name]) continue;
-        const values = values_of(run, name);
+        const values = run[name];
         pen.strokeStyle = other < 0 ? colour(shade) : colour("other" + (other % 3));
         pen.lineWidth = panel.soft ? 0.7 : other < 0 ? 1.6 : 1.2;
         pen.globalAlpha = panel.soft ? 0.55 : 1;
@@ -189,7 +186,7 @@ export default {
         if (panel.legend) return;
         const at = place(run.time, clock.time);
         const name = panel.lines[0][0];
-        const value = name === "position" ? scalar(values_of(run, name), at) : scalar(run[name], at);
+        const value = scalar(run[name], at);
         pen.textAlign = "right";
         pen.fillStyle = colour("text");
         const label = Number.isFinite(value) ? value.toFixed(1).replace("-", "\u2212") : "out of step";

@@ -9,6 +9,15 @@ const FASTEST = 1.2; // turns a second that the eye can follow; what turns faste
 const SLOWED = 0.5; // turns a second of what is shown slowed
 const SPEEDS = [1, 10, 60, 300];
 
+// whether there is no graphics card: then smooth edges would cost more than they show
+function drawn_by_processor() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const about = context && context.getExtension("WEBGL_debug_renderer_info");
+  const name = about ? context.getParameter(about.UNMASKED_RENDERER_WEBGL) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
 const as_vector = ([x, y, z]) => new THREE.Vector3(x, y, z);
 
 export default {
@@ -56,6 +65,7 @@ export default {
     this.quit.forEach((stop) => stop());
     this.observer.disconnect();
     this.clear();
+    this.materials.forEach((material) => material.dispose());
     this.renderer.dispose();
   },
   methods: {
@@ -64,7 +74,8 @@ export default {
       const stage = this.$refs.stage;
       this.scene = new THREE.Scene();
       this.camera = new THREE.PerspectiveCamera(35, 1, 1, 20000);
-      this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
+      this.materials = new Map();
+      this.renderer = new THREE.WebGLRenderer({ antialias: !drawn_by_processor(), alpha: true });
       this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
       stage.prepend(this.renderer.domElement);
       this.labels = new CSS2DRenderer();
@@ -89,13 +100,19 @@ export default {
       this.camera.updateProjectionMatrix();
       this.dirty = true;
     },
+    // materials stay: a new one would have its shader compiled anew
     clear() {
       this.group.traverse((object) => {
         object.geometry?.dispose();
-        object.material?.dispose();
         if (object.isCSS2DObject) object.element.remove();
       });
       this.group.clear();
+    },
+    material(kind, name, more = {}) {
+      const shade = colour(name);
+      const key = [kind, shade, JSON.stringify(more)].join();
+      if (!this.materials.has(key)) this.materials.set(key, new THREE[kind]({ color: shade, ...more }));
+      return this.materials.get(key);
     },
     rebuild() {
       const run = runs.live;
@@ -105,9 +122,7 @@ export default {
       const size = this.extent.size;
       this.enlarged = this.true_size ? 1 : Math.max(1, Math.round((SHARE * size) / run.device.length));
       this.tank(run, size);
-      this.device = this.device_of(run.device, this.enlarged);
-      this.magnet = this.magnet_of(run.magnets);
-      this.group.add(this.device, this.magnet);
+      this.bodies(run);
       this.past = this.line(run.position, "blue", 1);
       this.group.add(this.past, this.line(run.position, "blue", 0.25), this.line(run.magnet, "grey", 0.7));
       runs.others.forEach((other, i) => this.group.add(this.line(other.position, "other" + (i % 3), 0.8)));
@@ -119,6 +134,21 @@ export default {
       this.title = run.title.split(",")[0];
       this.framed = true;
       this.dirty = true;
+    },
+    // device and magnet are built anew only where they are others
+    bodies(run) {
+      const key = JSON.stringify([run.device, run.magnets, colour("copper")]);
+      if (key !== this.built) {
+        for (const body of [this.device, this.magnet]) {
+          body?.traverse((object) => object.geometry?.dispose());
+          body?.removeFromParent();
+        }
+        this.device = this.device_of(run.device);
+        this.magnet = this.magnet_of(run.magnets);
+        this.scene.add(this.device, this.magnet);
+        this.built = key;
+      }
+      this.device.scale.setScalar(this.enlarged);
     },
     // corners of all that is drawn
     extent_of(run) {
@@ -142,9 +172,6 @@ export default {
       }
       this.controls.update();
     },
-    material(name, more = {}) {
-      return new THREE.MeshStandardMaterial({ color: colour(name), roughness: 0.45, metalness: 0.1, ...more });
-    },
     tank(run, size) {
       const { box } = this.extent;
       const [low, high] = run.box;
@@ -153,15 +180,16 @@ export default {
       const grid = new THREE.GridHelper(2 * half, half / 10, colour("line"), colour("line"));
       grid.rotation.x = Math.PI / 2;
       grid.position.set(this.extent.centre.x, this.extent.centre.y, bottom);
-      grid.material.transparent = true;
-      grid.material.opacity = 0.55;
+      grid.material.dispose();
+      grid.material = this.material("LineBasicMaterial", "line", { transparent: true, opacity: 0.55 });
       this.group.add(grid);
       this.group.add(this.label(low[2] === null ? "open water, 20 mm grid" : "floor, 20 mm grid", [grid.position.x - half, grid.position.y - half, bottom], "hs-3d hs-quiet"));
       if (high[2] !== null) this.sheet(2 * half, [grid.position.x, grid.position.y, high[2]], "surface");
       this.walls(low, high, bottom, high[2] ?? box.max.z);
     },
     sheet(width, at, words) {
-      const material = new THREE.MeshBasicMaterial({ color: colour("sky"), transparent: true, opacity: 0.16, side: THREE.DoubleSide, depthWrite: false });
+      const more = { transparent: true, opacity: 0.16, side: THREE.DoubleSide, depthWrite: false };
+      const material = this.material("MeshBasicMaterial", "sky", more);
       const sheet = new THREE.Mesh(new THREE.PlaneGeometry(width, width), material);
       sheet.position.set(...at);
       this.group.add(sheet, this.label(words, [at[0] - width / 2, at[1] - width / 2, at[2]], "hs-3d hs-quiet"));
@@ -176,24 +204,23 @@ export default {
         this.group.add(this.line(points.flat(), "muted", 0.7));
       }
     },
-    device_of(shape, scale) {
+    device_of(shape) {
       const device = new THREE.Group();
       if (shape.wire.length) {
         const curve = new THREE.CatmullRomCurve3(shape.wire.map(as_vector));
-        device.add(new THREE.Mesh(new THREE.TubeGeometry(curve, 2 * shape.wire.length, shape.wire_radius, 8), this.material("copper")));
+        device.add(new THREE.Mesh(new THREE.TubeGeometry(curve, 2 * shape.wire.length, shape.wire_radius, 8), this.material("MeshLambertMaterial", "copper")));
       }
       if (shape.profile.length) {
         const lathe = new THREE.LatheGeometry(shape.profile.map(([x, r]) => new THREE.Vector2(r, x)), 28);
         lathe.rotateZ(-Math.PI / 2);
-        device.add(new THREE.Mesh(lathe, this.material("steel", { side: THREE.DoubleSide })));
+        device.add(new THREE.Mesh(lathe, this.material("MeshLambertMaterial", "steel", { side: THREE.DoubleSide })));
       }
       if (shape.triangles) {
         const geometry = new THREE.BufferGeometry();
         geometry.setAttribute("position", new THREE.Float32BufferAttribute(shape.triangles, 3));
         geometry.computeVertexNormals();
-        device.add(new THREE.Mesh(geometry, this.material("steel", { side: THREE.DoubleSide })));
+        device.add(new THREE.Mesh(geometry, this.material("MeshLambertMaterial", "steel", { side: THREE.DoubleSide })));
       }
-      device.scale.setScalar(scale);
       return device;
     },
     // cylinders, magnetised along their axes: the north half is red
@@ -202,7 +229,7 @@ export default {
       for (const magnet of magnets) {
         const one = new THREE.Group();
         for (const [name, sign] of [["north", 1], ["south", -1]]) {
-          const half = new THREE.Mesh(new THREE.CylinderGeometry(magnet.radius, magnet.radius, magnet.height / 2, 40), this.material(name));
+          const half = new THREE.Mesh(new THREE.CylinderGeometry(magnet.radius, magnet.radius, magnet.height / 2, 40), this.material("MeshLambertMaterial", name));
           half.rotation.x = Math.PI / 2;
           half.position.z = (sign * magnet.height) / 4;
           one.add(half);
@@ -215,14 +242,14 @@ export default {
     line(values, name, opacity) {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.Float32BufferAttribute(Float32Array.from(values), 3));
-      return new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colour(name), transparent: opacity < 1, opacity }));
+      return new THREE.Line(geometry, this.material("LineBasicMaterial", name, { transparent: opacity < 1, opacity }));
     },
     arrow(name, length) {
       const arrow = new THREE.Group();
       const [shaft, tip] = [new THREE.CylinderGeometry(0.012 * length, 0.012 * length, length, 10), new THREE.ConeGeometry(0.045 * length, 0.16 * length, 16)];
       shaft.translate(0, length / 2, 0);
       tip.translate(0, length, 0);
-      for (const geometry of [shaft, tip]) arrow.add(new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: colour(name) })));
+      for (const geometry of [shaft, tip]) arrow.add(new THREE.Mesh(geometry, this.material("MeshBasicMaterial", name)));
       return arrow;
     },
     label(words, at, kind) {

@@ -50,6 +50,7 @@ export function unpack(buffer) {
     run[name] = new Float32Array(buffer, at, count);
     at += 4 * count;
   }
+  run.height = Float32Array.from({ length: run.position.length / 3 }, (_, i) => run.position[3 * i + 2]);
   return run;
 }
 
