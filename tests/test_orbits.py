@@ -1,6 +1,7 @@
 """Orbits of the one-period map: known values, brute force, invariances, and what is refused."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -236,3 +237,22 @@ def test_searches_from_far_away_arrive(scenario: hm.Scenario) -> None:
     starts = on_grid(problem, 0, *default_box(scenario, problem.arm[0]), (3, 3, 5))
     assert len(starts) > 15
     assert solve(problem, np.zeros(len(starts), dtype=np.int64), starts).converged.mean() > 0.36
+
+
+@pytest.mark.parametrize(
+    ("place", "side"),
+    [
+        ((0.0, 0.0, 0.0), "below"),
+        ((0.09, 0.0, 0.0), "below"),
+        ((0.11, 0.0, 0.0), "beside"),
+        ((0.0, -0.08, 0.159), "beside"),
+        ((0.01, 0.0, 0.16), "above"),
+    ],
+)
+def test_an_orbit_says_on_which_side_of_the_magnet_it_is(place, side):
+    """The magnet of Table I, row 1 is 102 mm straight above the device's start."""
+    scenario = hm.load("nose-first/table1-row1")
+    orbit = hm.Orbit(scenario=scenario, status=OrbitStatus.FOUND, state=np.array([*place, 1.0, 0.0, 0.0, 0.0]))
+    assert orbit.side == side
+    named = replace(orbit, rates=np.full(6, -1.0 + 0j), multipliers=np.full(6, 0.5 + 0j))
+    assert (f"{side.upper()} the magnet, not below it" in named.text) is (side != "below")

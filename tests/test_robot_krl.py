@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from helimag.engine import simulate
-from helimag.errors import InputError
+from helimag.errors import InputError, NotFeasible
 from helimag.geometry import turn
 from helimag.orbits import Outlook
 from helimag.outcomes import Future
@@ -34,7 +34,7 @@ from helimag.robot.programme import programme_texts
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load, parse
 
-CELL = load_cell()
+CELL = load_cell("wide")
 
 
 @cache
@@ -210,7 +210,7 @@ def test_circles_are_arcs_passed_without_a_stop():
 
 def test_spline_motions_are_written_on_request():
     src, _ = write_krl(circle(), "trip", spline=True)
-    assert "SCIRC XV1, XP1 C_DIS" in src
+    assert "SPLINE\n  SCIRC XV1, XP1\n  SCIRC XV2, XP2\n" in src
     assert "SLIN XP1" in write_krl(straight(), "trip", spline=True)[0]
 
 
@@ -437,7 +437,7 @@ def test_unwindings_are_part_of_the_judged_run():
 
 def test_infeasible_plans_are_not_written(tmp_path):
     found = plan(load("nose-first/fig3c"), CELL)
-    with pytest.raises(InputError, match=r"cannot run 'nose-first/fig3c': at 38\d\.\d\d s A6 would pass"):
+    with pytest.raises(NotFeasible, match=r"cannot run 'nose-first/fig3c': at 38\d\.\d\d s A6 would pass"):
         write_programme(found, tmp_path)
     assert list(tmp_path.iterdir()) == []
 

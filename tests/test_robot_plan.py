@@ -15,7 +15,7 @@ from helimag.robot.arm.path import MotionKind
 from helimag.robot.timed import timed_table
 from helimag.scenario import load
 
-CELL = load_cell()
+CELL = load_cell("wide")
 CIRCLES = [f"nose-first/fig3{letter}" for letter in "abc"]
 STRAIGHT = [f"nose-first/table1-row{row}" for row in range(1, 8)]
 

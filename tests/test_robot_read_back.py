@@ -15,7 +15,7 @@ from helimag.robot.programme import programme_texts
 from helimag.robot.timed import timed_table
 from helimag.scenario import load, parse
 
-CELL = load_cell()
+CELL = load_cell("wide")
 CIRCLE = load("nose-first/fig3c").replaced({"run.duration": "30 s", "run.interval": "0.5 s"})
 
 

@@ -21,6 +21,7 @@ def orbit_report(orbit: "Orbit") -> dict[str, Any]:
         "status": str(orbit.status),
         "reason": orbit.text,
         "position_m": orbit.position.tolist() if orbit.found else None,
+        "from_magnet": orbit.side if orbit.found else None,
         "state": orbit.state.tolist() if orbit.found else None,
         "multipliers": [[m.real, m.imag] for m in orbit.multipliers],
         "rates_per_s": [[r.real, r.imag] for r in orbit.rates],

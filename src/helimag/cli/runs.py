@@ -121,6 +121,16 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "slips": judgement.slips,
         "wobble_deg": degrees(judgement.wobble),
         "attack_angle_deg": degrees(judgement.attack_angle),
+        "contacts": [
+            {
+                "wall": str(touch.wall),
+                "count": touch.count,
+                "first_s": touch.first,
+                "last_s": touch.last,
+                "total_s": touch.total,
+            }
+            for touch in judgement.touches
+        ],
         "leads": trajectory.leading_end,
         "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
@@ -152,6 +162,11 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
     )
     print(f"  leads         {leading_words(trajectory.leading_end, trajectory.leading_cosine)}")
     print(f"  slips         {judgement.slips}")
+    for touch in judgement.touches:
+        print(
+            f"  contact       {touch.wall.sentence}: {touch.times}, first at {touch.first:.1f} s, last at "
+            f"{touch.last:.1f} s, {touch.total:.1f} s in all"
+        )
     guesses = [
         f"{path} {mark.partition(':')[0]}" for path, mark in scenario.provenance.items() if "published" not in mark
     ]

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from helimag.plots import _series as series
 from helimag.plots._path import draw_path
-from helimag.plots._quantities import Shown, inputs_of, shown, slipping_spans
+from helimag.plots._quantities import Shown, inputs_of, shown, slipping_spans, touching_spans
 from helimag.plots._style import FULL_WIDTH, MM, styled
 from helimag.runs.trajectory import Trajectory
 
@@ -82,9 +82,12 @@ def _draw_series(figure: SubFigure, panels: list[Callable[[Axes, Shown], None]],
         first = first or axes
         draw(axes, run)
         series.shade_slips(axes, run)
+        series.mark_contacts(axes, run)
         series.limits_of_time(axes, run)
         axes.tick_params(labelbottom=row == len(panels) - 1)
-    axes.set_xlabel("time (s)" + ("; grey: slipping against the field" if slipping_spans(run) else ""))
+    slips = "; grey: slipping against the field" if slipping_spans(run) else ""
+    contacts = "; red bar: a wall pushes" if touching_spans(run) else ""
+    axes.set_xlabel(f"time (s){slips}{contacts}")
     figure.align_ylabels()
 
 

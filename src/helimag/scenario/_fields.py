@@ -84,10 +84,13 @@ Instant = Annotated[float, Quantity(q.TIME)]
 Speed = Annotated[float, Quantity(q.VELOCITY, "positive")]
 Time = Annotated[float, Quantity(q.TIME, "positive")]
 Force = Annotated[float, Quantity(q.FORCE)]
+Pull = Annotated[float, Quantity(q.FORCE, "not negative")]
 Moment = Annotated[float, Quantity(q.MOMENT, "positive")]
 Remanence = Annotated[float, Quantity(q.REMANENCE, "positive")]
 Viscosity = Annotated[float, Quantity(q.VISCOSITY, "positive")]
 Density = Annotated[float, Quantity(q.DENSITY, "not negative")]
+Mass = Annotated[float, Quantity(q.MASS, "positive")]
+Inertia = Annotated[float, Quantity(q.INERTIA, "not negative")]
 LengthRange = tuple[Length, Length]
 
 
