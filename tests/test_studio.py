@@ -243,6 +243,9 @@ def test_the_map_fills_and_a_click_goes_there(quick):
     quick.click(by("tab-map"))
     quick.click(by("map-start"))
     quick.wait_for_function("() => +document.querySelector('[data-testid=map]').dataset.cells >= 49")
+    if PICTURES:  # those of the documentation are of a map that is complete
+        quick.wait_for_selector(f"{by('map-status')} >> text=complete", timeout=240_000)
+        pictured(quick, "studio-map")
     before = number(quick)
     box = quick.locator(by("map")).bounding_box()
     quick.mouse.click(box["x"] + 0.35 * box["width"], box["y"] + 0.5 * box["height"])
@@ -288,7 +291,7 @@ def test_a_stored_run_is_laid_over_the_live_one(page, tmp_path):
     page.wait_for_selector(f"{by('compared')} >> text=b.nc")
     assert f"{run.gain:.4f}" in page.inner_text(by("compared"))
     page.click(by("tab-charts"))
-    pictured(page, "studio-compare")
+    pictured(page, "studio")
     overlaid = "import('helimag-studio').then(m => m.runs.others[0].position.length)"
     assert page.evaluate(overlaid) > 300
 
