@@ -6,7 +6,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from helimag.cli import checks, compare, design, orbits, pictures, robot, runs, sweeps, vision
+from helimag.cli import checks, compare, design, orbits, pictures, robot, runs, studio, sweeps, vision
 from helimag.cli._streams import OutputLost, guarded
 from helimag.errors import HelimagError, RunError
 
@@ -33,6 +33,7 @@ COMMANDS = (
     robot.app,
     vision.app,
     compare.compare,
+    studio.studio,
     checks.doctor,
     checks.cite,
 )
