@@ -18,6 +18,8 @@ assert runs["head"].dataset.long_axis.values[0, 0] == 1.0
 
 # a whole attitude may be given instead; the run is the same to rounding
 angles = preset.replaced({"drive.heading": ["180 deg", "0 deg", "180 deg"], "run.duration": "60 s"})
-same = hm.simulate(angles).dataset.position.values[-1] - hm.simulate(preset, duration="60 s").dataset.position.values[-1]
+same = (
+    hm.simulate(angles).dataset.position.values[-1] - hm.simulate(preset, duration="60 s").dataset.position.values[-1]
+)
 print(f"a minute from the same attitude in angles: {1e9 * abs(same).max():.1g} nm apart")
 assert abs(same).max() < 1e-6
