@@ -180,6 +180,17 @@ def test_the_last_question_is_always_answered_and_none_is_replayed():
     assert len({given.number for given in news if given.stage is Stage.AFTERWARDS}) < len(pitches)
 
 
+def test_a_run_that_nobody_waits_for_is_given_up():
+    def ask(live):
+        live.ask(SHORT.replaced({"run.duration": "30000 s"}))
+        time.sleep(0.3)
+        return live.ask(SHORT)
+
+    news, last = heard(ask)
+    assert last == 2
+    assert {given.number for given in news if given.stage is not Stage.FIRST} == {2}
+
+
 def test_a_long_run_is_first_answered_for_its_beginning():
     news, _ = heard(lambda live: live.ask(SHORT.replaced({"run.duration": "1200 s"})))
     assert [given.stage for given in news] == [Stage.FIRST, Stage.WHOLE, Stage.AFTERWARDS]
