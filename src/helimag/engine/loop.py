@@ -10,21 +10,16 @@ import warp as wp
 
 from helimag.engine.control import Control, build_rescaled
 from helimag.engine.events import Bounds, clearance
+from helimag.engine.leaping import TURN_STEPS, build_tried, leaps_hold, watched
 from helimag.engine.methods import Method
-from helimag.engine.samples import (
-    Record,
-    Schedule,
-    Statistics,
-    record_of,
-    sample_time,
-    statistics_from,
-    statistics_with,
-)
-from helimag.engine.synchrony import Synchrony, lag_vector, synchrony_with
+from helimag.engine.progress import Progress
+from helimag.engine.samples import Record, Schedule, record_of, sample_time, statistics_from, statistics_with
+from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates
+from helimag.engine.turn_memory import Memory
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer, moment_of
-from helimag.physics.kinematics import State, head_position, rotation_matrix
+from helimag.physics.kinematics import State, attack_angle, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -34,21 +29,6 @@ SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that
 EVENT_TIME = wp.constant(wp.float64(1e-6))  # s; events are located to this
 TAKEN, REJECTED, LOCATING = (wp.constant(i) for i in range(3))  # what became of a trial step
 RUNNING, HORIZON, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, End.HORIZON, End.NOT_FINITE))
-
-
-@wp.struct
-class Progress:
-    """Where one run stands between launches."""
-
-    time: wp.float64
-    step: wp.float64
-    state: State
-    status: wp.int32
-    sample: wp.int32  # the next to be recorded
-    steps: wp.int64
-    rejected: wp.int64
-    synchrony: Synchrony
-    statistics: Statistics
 
 
 @cache
@@ -112,6 +92,8 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
     """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
     drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)
+    leaping = method.leaps and leaps_hold(system)
+    tried = build_tried(system) if leaping else None
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
@@ -125,6 +107,7 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
         budget: int,
         progress: wp.array(dtype=Progress),
         records: wp.array2d(dtype=Record),
+        memory: Memory,
     ):
         run = wp.tid()
         p = progress[run]
@@ -136,8 +119,16 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
             p.statistics = statistics_from(p.time, p.state)
         left = int(budget)
         while left > 0 and p.status == RUNNING:
+            waits = True
+            if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
+                if p.time >= p.leap.ready:
+                    p = tried(body, here, drive, magnets[run], control, bound, schedule, memory, run, p, records)
+                    here = local(around, head_position(p.state), rotation_matrix(p.state))
+                    k0 = rates(body, here, drive, magnets[run], p.time, p.state)
+                    left -= TURN_STEPS
+                    waits = p.time < p.leap.ready
             end = sample_time(schedule, p.sample)
-            if p.time < end:
+            if waits and p.time < end:
                 outcome, dt, t, step, new, here, k0, lag, status = attempt(
                     body, around, here, drive, magnets[run], control, bound, end, p.time, p.step, p.state, k0
                 )
@@ -145,7 +136,9 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
                 p.status = status
                 if outcome == TAKEN:
                     p.synchrony = synchrony_with(p.synchrony, lag)
-                    p.statistics = statistics_with(p.statistics, dt, p.state, new)
+                    if wp.static(leaping):
+                        p.leap = watched(p.leap, drive.spin_rate, t, lag)
+                    p.statistics = statistics_with(p.statistics, dt, new[2], attack_angle(new))
                     p.time = t
                     p.state = new
                     p.steps += wp.int64(1)

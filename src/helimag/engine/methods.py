@@ -5,7 +5,7 @@ coefficients are SciPy's.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -47,6 +47,8 @@ class Method:
         Share of the step that would just meet the tolerance to try next.
     growth
         By how much a step may be longer than the one before.
+    leaps
+        Whether runs leap over turns of the magnet where that holds, see :mod:`helimag.engine.leaping`.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Method:
     build: Callable[[System], wp.Function]
     safety: float = SAFETY
     growth: float = GROWTH
+    leaps: bool = False
 
 
 def weighted_sum(weights: NDArray[np.float64]) -> wp.Function:
@@ -113,3 +116,4 @@ def build_dop853(system: System) -> wp.Function:
 
 
 DOP853 = Method("DOP853", 8, build_dop853)
+MULTIREVOLUTION = replace(DOP853, name="DOP853, multi-revolution", leaps=True)
