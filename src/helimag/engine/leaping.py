@@ -7,7 +7,7 @@ import warp as wp
 
 from helimag.engine.control import Control
 from helimag.engine.events import Bounds, clearance
-from helimag.engine.filling import filled
+from helimag.engine.filling import build_filled
 from helimag.engine.leaps import (
     ORDER,
     Curve,
@@ -33,7 +33,7 @@ from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
 IN_STEP = wp.constant(wp.float64(0.2))  # least cosine of the phase lag for leaps
-SHARE = wp.constant(wp.float64(1.0 / 3.0))  # of the tolerance, for a leap's error; benchmarks/leaps.py
+SHARE = wp.constant(wp.float64(0.1))  # of the tolerance, for a leap's error; benchmarks/leaps.py
 SAFETY = wp.constant(wp.float64(0.85))
 GROWTH = wp.constant(wp.float64(1.5))
 SHRINK = wp.constant(wp.float64(0.2))
@@ -42,7 +42,7 @@ NEGLIGIBLE = wp.constant(wp.float64(1e-3))  # of a leap's tolerance: the turn ne
 OLD = wp.constant(50)  # leaps after which the Jacobian is worked out again
 MOST_TURNS = wp.constant(100)  # of a leap
 TRIAL = wp.constant(14)  # leaps after which they must be worth while
-WORTH = wp.constant(4)  # turns that they must be long by then
+WORTH = wp.constant(2)  # turns that they must be long by then
 RETRY = wp.constant(wp.float64(2.0))  # turns until the next try, after one that came to nothing
 LONG_RETRY = wp.constant(wp.float64(32.0))
 ROOM = wp.constant(wp.float64(3.0))  # times what a turn reaches, to be kept clear of anything that ends a run
@@ -242,40 +242,49 @@ def guess_followed(
     return p
 
 
-@wp.func
-def leapt(
-    turn: Turn,
-    drive: ArmMotion,
-    schedule: Schedule,
-    memory: Memory,
-    run: int,
-    period: wp.float64,
-    before: Progress,
-    records: wp.array2d(dtype=Record),
-) -> Progress:
-    """Progress after the turn from where a leap led: the run is there."""
-    known = wp.min(before.leap.known, ORDER)
-    first = before.leap.pushes - known
-    y = memory.places[run, slot_of(before.leap.pushes - 1)]
-    curve = curve_through(memory, run, first, known + 1)
-    p = filled(memory, run, first, curve, drive, schedule, period, y, before, records)
-    p.leap.number = p.leap.aim_number
-    p.leap.pushes += 1
-    p.leap.known += 1
-    p.leap.age += 1
-    p.leap.turns += wp.int64(p.leap.turns_aimed)
-    p.leap.stride = stride_after(p.leap.turns_aimed, p.leap.error, known + 1)
-    p.time = p.leap.origin + p.leap.number * period
-    p.state = to_lab(drive, p.time, with_roll(p.leap.aim, p.leap.roll * p.leap.number))
-    p.synchrony.lag = turn.lag
-    p.synchrony.locked = 1
-    p.leap.stage = GUESSING
-    if p.leap.age >= OLD:
-        p.leap.stage = COLUMNS
-        p.leap.column = 0
-    if p.leap.known > TRIAL and p.leap.stride < WORTH:
-        p = given_up(p, LONG_RETRY, period)
-    return p
+@cache
+def build_leapt(system: System) -> wp.Function:
+    """Make the function that takes a run over a leap, once the turn from where that led was followed."""
+    filled, here_type = build_filled(system), system.medium.here_type
+
+    @wp.func
+    def leapt(
+        turn: Turn,
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        schedule: Schedule,
+        memory: Memory,
+        run: int,
+        before: Progress,
+        records: wp.array2d(dtype=Record),
+    ) -> Progress:
+        period = TWO_PI / wp.abs(drive.spin_rate)
+        known = wp.min(before.leap.known, ORDER)
+        first = before.leap.pushes - known
+        y = memory.places[run, slot_of(before.leap.pushes - 1)]
+        curve = curve_through(memory, run, first, known + 1)
+        p = filled(body, here, drive, magnets, schedule, memory, run, first, curve, y, before, records)
+        p.leap.number = p.leap.aim_number
+        p.leap.pushes += 1
+        p.leap.known += 1
+        p.leap.age += 1
+        p.leap.turns += wp.int64(p.leap.turns_aimed)
+        p.leap.stride = stride_after(p.leap.turns_aimed, p.leap.error, known + 1)
+        p.time = p.leap.origin + p.leap.number * period
+        p.state = to_lab(drive, p.time, with_roll(p.leap.aim, p.leap.roll * p.leap.number))
+        p.synchrony.lag = turn.lag
+        p.synchrony.locked = 1
+        p.leap.stage = GUESSING
+        if p.leap.age >= OLD:
+            p.leap.stage = COLUMNS
+            p.leap.column = 0
+        if p.leap.known > TRIAL and p.leap.stride < WORTH:
+            p = given_up(p, LONG_RETRY, period)
+        return p
+
+    return leapt
 
 
 def leaps_hold(system: System) -> bool:
@@ -295,7 +304,7 @@ def watched(leap: Leap, spin_rate: wp.float64, t: wp.float64, lag: wp.vec2d) -> 
 @cache
 def build_tried(system: System) -> wp.Function:
     """Make the function that follows one turn of the magnet for leaping, and does with it what comes next."""
-    follow, here_type = build_follow(system), system.medium.here_type
+    follow, leapt, here_type = build_follow(system), build_leapt(system), system.medium.here_type
 
     @wp.func
     def tried(
@@ -322,12 +331,12 @@ def build_tried(system: System) -> wp.Function:
             if p.leap.stage == BEGINNING:
                 return p
         least = int(wp.ceil(wp.pow(FINE_TOLERANCE / control.tolerance, EIGHTH)))
-        fine = steps_between_nodes(body, drive, magnets, bounds.contact, least, p.leap.aim)
-        if fine > FINEST:
+        p.leap.fine = steps_between_nodes(body, drive, magnets, bounds.contact, least, p.leap.aim)
+        if p.leap.fine > FINEST:
             return given_up(p, LONG_RETRY, period)
         angle = drive.spin_rate * p.leap.origin
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, fine, memory, run, p.leap)
+        turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, memory, run, p.leap)
         p.leap.followed += wp.int64(1)
         if p.leap.stage == BEGINNING:
             p = first_followed(turn, roll, period, p)
@@ -336,7 +345,7 @@ def build_tried(system: System) -> wp.Function:
         elif p.leap.stage == GUESSING:
             p = guess_followed(turn, drive, magnets, control, bounds, memory, run, period, p)
         elif turn.cosine > IN_STEP:
-            p = leapt(turn, drive, schedule, memory, run, period, p, records)
+            p = leapt(turn, body, here, drive, magnets, schedule, memory, run, p, records)
         else:
             p = given_up(p, RETRY, period)
         return p

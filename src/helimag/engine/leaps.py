@@ -153,12 +153,11 @@ def build_follow(system: System) -> wp.Function:
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
         spin: wp.vec2d,
-        fine: int,
         memory: Memory,
         run: int,
         leap: Leap,
     ):
-        result, shape, roll = turn(body, here, drive, magnets, tail, spin, fine, leap.aim)
+        result, shape, roll = turn(body, here, drive, magnets, tail, spin, leap.fine, leap.aim)
         slot = slot_of(leap.pushes)
         memory.numbers[run, slot] = leap.aim_number
         memory.places[run, slot] = leap.aim

@@ -20,6 +20,7 @@ class Leap:
     stride: wp.int32  # turns to try next
     turns_aimed: wp.int32  # turns of the leap that is tried
     aim_number: wp.float64  # number of the turn to be followed
+    fine: wp.int32  # steps between two nodes of it
     aim: State  # where that begins, moving frame
     error: wp.float64  # of the leap that is tried, in units of its tolerance
     pushes: wp.int32  # turns remembered so far

@@ -1,8 +1,8 @@
 """What is remembered of turns that were followed, and what turns between them looked like.
 
 A turn's shape is what it does beside going straight from its start to its end. It repeats itself almost from turn to
-turn, so that the shapes of turns that were leapt over are interpolated: among turns by the leap's own polynomial, and
-within the turn by trigonometric polynomials through equally spaced nodes.
+turn, so that the shapes of turns that were leapt over are interpolated, by the leap's own polynomial, at equally spaced
+nodes. Heights between nodes are those of the trigonometric polynomial through them.
 """
 
 import math
@@ -48,7 +48,7 @@ class Memory:
     numbers: wp.array2d(dtype=wp.float64)  # of the turn, from where leaping began
     places: wp.array2d(dtype=State)  # where it began
     changes: wp.array2d(dtype=State)  # what it changed
-    shapes: wp.array2d(dtype=Shape)  # at nodes, the last of which is the end
+    nodes: wp.array3d(dtype=State)  # (runs, SLOTS, NODES), the last of which is the end
     heights: wp.array2d(dtype=Heights)  # FINE times as fine, m
     attacks: wp.array2d(dtype=Nodes)  # attack angle, rad
     jacobians: wp.array(dtype=Square)  # (runs,): how what a turn changes depends on where it begins
@@ -61,11 +61,11 @@ def pack_memory(runs: int, device: str) -> Any:
         ("numbers", wp.float64),
         ("places", State),
         ("changes", State),
-        ("shapes", Shape),
         ("heights", Heights),
         ("attacks", Nodes),
     ):
         setattr(memory, name, wp.zeros((runs, SLOTS), dtype=kind, device=device))
+    memory.nodes = wp.zeros((runs, SLOTS, NODES), dtype=State, device=device)
     memory.jacobians = wp.zeros(runs, dtype=Square, device=device)
     return memory
 
@@ -79,7 +79,6 @@ def slot_of(push: int) -> int:
 @wp.func
 def store_shape(memory: Memory, run: int, slot: int, shape: Shape, begin: State, end: State):
     """Keep what a turn was beside straight: at nodes ``shape``, from ``begin`` to ``end``."""
-    rest = Shape()
     attacks = Nodes()
     heights = Nodes()
     first = attack_angle(begin)
@@ -89,10 +88,10 @@ def store_shape(memory: Memory, run: int, slot: int, shape: Shape, begin: State,
         at = State()
         for c in range(7):
             at[c] = shape[j, c]
-            rest[j, c] = shape[j, c] - begin[c] - share * (end[c] - begin[c])
+        rest = at - begin - share * (end - begin)
+        memory.nodes[run, slot, j] = rest
         attacks[j] = attack_angle(at) - first - share * climb
-        heights[j] = rest[j, 2]
-    memory.shapes[run, slot] = rest
+        heights[j] = rest[2]
     memory.attacks[run, slot] = attacks
     memory.heights[run, slot] = FINER * heights
 
@@ -116,31 +115,13 @@ def attacks_between(memory: Memory, run: int, first: int, count: int, weights: W
 
 
 @wp.func
-def cardinal(away: wp.float64) -> wp.float64:
-    """Trigonometric polynomial that is 1 at a node and 0 at all others, by the distance from it in turns."""
-    if wp.abs(away - wp.round(away)) < AT_NODE:
-        return ONE
-    return wp.sin(COUNT * PI * away) / (COUNT * wp.tan(PI * away))
-
-
-@wp.func
-def state_between(
-    memory: Memory,
-    run: int,
-    first: int,
-    count: int,
-    weights: Weights,
-    phase: wp.float64,
-    begin: State,
-    end: State,
+def node_between(
+    memory: Memory, run: int, first: int, count: int, weights: Weights, node: int, begin: State, end: State
 ) -> State:
-    """The state at a share ``phase`` of a turn, likewise; as :func:`rolled` has it where the turn's own roll is off."""
-    state = begin + phase * (end - begin)
-    shares = Nodes()
-    for j in range(NODES):
-        shares[j] = cardinal(phase - wp.float64(j + 1) / COUNT)
+    """The state at a node of a turn from ``begin`` to ``end``, likewise; the turn's own roll off, see :class:`Turn`."""
+    state = begin + (wp.float64(node) / COUNT) * (end - begin)
     for i in range(count):
-        state += weights[i] * (shares * memory.shapes[run, slot_of(first + i)])
+        state += weights[i] * memory.nodes[run, slot_of(first + i), node - 1]
     return normalized(state)
 
 

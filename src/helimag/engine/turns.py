@@ -7,7 +7,6 @@ every stage is the spin at the step's start turned by an angle that is known whe
 import math
 from functools import cache
 
-import numpy as np
 import warp as wp
 from scipy.integrate import DOP853 as TABLEAU
 
@@ -36,24 +35,15 @@ ONE = wp.constant(wp.float64(1.0))
 ZERO = wp.constant(wp.float64(0.0))
 TINY = wp.constant(wp.float64(1e-300))
 PER_NODE = wp.constant(wp.float64(2.0 * math.pi / NODES))
+HALF_COSINE = wp.constant(wp.float64(math.cos(math.pi / NODES)))
+HALF_SINE = wp.constant(wp.float64(math.sin(math.pi / NODES)))
 ROLL_SHARE = wp.constant(wp.float64(ROLL_PER_STEP))
 ROLL_FACTOR = wp.constant(wp.float64(2e-7))  # twice mu0 / (4 pi), T m/A: the field on the axis of a dipole
 
-Table = wp.types.matrix(shape=(FINEST, STAGES + 1), dtype=wp.float64)
+ANGLES = STAGES + 1
+StageSpins = wp.types.matrix(shape=(ANGLES, 2), dtype=wp.float64)
 Nodes = wp.types.vector(length=NODES, dtype=wp.float64)
 Shape = wp.types.matrix(shape=(NODES, 7), dtype=wp.float64)
-
-
-def _stage_angles() -> np.ndarray:
-    """Angle of the magnet's spin from the step's start to each stage and to its end, by steps between two nodes."""
-    shares = np.append(TABLEAU.C[:STAGES], 1.0)
-    return np.array([2.0 * math.pi / (NODES * fine) * shares for fine in range(1, FINEST + 1)])
-
-
-COSINES = wp.constant(Table(*np.cos(_stage_angles()).ravel().tolist()))
-SINES = wp.constant(Table(*np.sin(_stage_angles()).ravel().tolist()))
-HALF_COSINES = wp.constant(Nodes(*[math.cos(math.pi * (node + 1) / NODES) for node in range(NODES)]))
-HALF_SINES = wp.constant(Nodes(*[math.sin(math.pi * (node + 1) / NODES) for node in range(NODES)]))
 
 
 @wp.struct
@@ -128,8 +118,25 @@ def build_moving_rates(system: System) -> wp.Function:
 
 
 @cache
+def build_stage_spins() -> wp.Function:
+    """Make the function that gives cosine and sine of the spin's angle from the start to each stage and the end."""
+    shares = [wp.float64(float(share)) for share in (*TABLEAU.C[:STAGES], 1.0)]
+
+    @wp.func
+    def stage_spins(angle: wp.float64) -> StageSpins:
+        spins = StageSpins()
+        for i in range(ANGLES):
+            at = wp.static(shares[i]) * angle
+            spins[i, 0] = wp.cos(at)
+            spins[i, 1] = wp.sin(at)
+        return spins
+
+    return stage_spins
+
+
+@cache
 def build_spun_step(system: System) -> wp.Function:
-    """Make DOP853's step in the moving frame; ``fine`` steps of it pass from node to node."""
+    """Make DOP853's step of ``h`` (s) in the moving frame, over which the spin turns as ``spins`` has it."""
     rates, here_type = build_moving_rates(system), system.medium.here_type
     argument = [None] + [weighted_sum(TABLEAU.A[i, :i]) for i in range(1, STAGES)]
     result = weighted_sum(TABLEAU.B)
@@ -141,8 +148,7 @@ def build_spun_step(system: System) -> wp.Function:
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         spin: wp.vec2d,
-        sense: wp.float64,
-        fine: int,
+        spins: StageSpins,
         h: wp.float64,
         state: State,
         k0: State,
@@ -151,12 +157,46 @@ def build_spun_step(system: System) -> wp.Function:
         k[0] = k0
         for i in range(1, STAGES):
             stage = state + h * wp.static(argument[i])(k)
-            at = spin_ahead(spin, COSINES[fine - 1, i], sense * SINES[fine - 1, i])
+            at = spin_ahead(spin, spins[i, 0], spins[i, 1])
             there, lag = rates(body, here, drive, magnets, at, stage)
             k[i] = there
         return normalized(state + h * result(k))
 
     return step
+
+
+@cache
+def build_part_turn(system: System) -> wp.Function:
+    """Make the function that goes on from a node by an angle of the spin that is less than to the next."""
+    rates, step, here_type = build_moving_rates(system), build_spun_step(system), system.medium.here_type
+    stage_spins = build_stage_spins()
+
+    @wp.func
+    def part_turn(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        spin_at_start: wp.vec2d,
+        node: int,
+        fine: int,
+        angle: wp.float64,
+        begin: State,
+    ) -> State:
+        sense = wp.sign(drive.spin_rate)
+        part = angle / wp.float64(fine)
+        h = part / wp.abs(drive.spin_rate)
+        spins = stage_spins(sense * part)
+        so_far = sense * wp.float64(node) * PER_NODE
+        spin = spin_ahead(spin_at_start, wp.cos(so_far), wp.sin(so_far))
+        state = begin
+        for _ in range(fine):
+            k0, lag = rates(body, here, drive, magnets, spin, state)
+            state = step(body, here, drive, magnets, spin, spins, h, state, k0)
+            spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
+        return state
+
+    return part_turn
 
 
 @wp.func
@@ -176,6 +216,7 @@ def about_axis(old: State, new: State) -> wp.float64:
 def build_turn(system: System) -> wp.Function:
     """Make the map over one turn of the magnet: what it does, and its shape at the nodes, its last row the end."""
     rates, step, here_type = build_moving_rates(system), build_spun_step(system), system.medium.here_type
+    stage_spins = build_stage_spins()
 
     @wp.func
     def turn(
@@ -188,8 +229,9 @@ def build_turn(system: System) -> wp.Function:
         fine: int,
         start: State,
     ):
-        sense = wp.sign(drive.spin_rate)
         h = PER_NODE / (wp.abs(drive.spin_rate) * wp.float64(fine))
+        spins = stage_spins(drive.spin_rate * h)
+        half = wp.vec2d(ONE, ZERO)  # cosine and sine of half the angle to a node
         state = normalized(start)
         begin = state
         spin = spin_at_start
@@ -201,13 +243,14 @@ def build_turn(system: System) -> wp.Function:
         nodes = int(NODES)  # not unrolled: a step is much code
         for node in range(nodes):
             for _ in range(fine):
-                state = step(body, here, drive, magnets, spin, sense, fine, h, state, k0)
-                spin = spin_ahead(spin, COSINES[fine - 1, STAGES], sense * SINES[fine - 1, STAGES])
+                state = step(body, here, drive, magnets, spin, spins, h, state, k0)
+                spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
                 k0, lag = rates(body, here, drive, magnets, spin, state)
                 result.cosine = wp.min(result.cosine, lag[0] / wp.max(wp.length(lag), TINY))
             if node == 0 and about_axis(begin, state) < ZERO:
                 roll = -ONE
-            seen = rolled(state, HALF_COSINES[node], -roll * HALF_SINES[node])
+            half = spin_ahead(half, HALF_COSINE, HALF_SINE)
+            seen = rolled(state, half[0], -roll * half[1])
             moved = wp.max(
                 wp.length(head_position(seen) - head_position(begin)),
                 wp.length(tail_end(seen, tail) - tail_end(begin, tail)),
