@@ -20,7 +20,7 @@ from helimag.engine.progress import Progress
 from helimag.engine.samples import Record, Schedule, pack_schedules, sample_times
 from helimag.engine.structures import structs
 from helimag.engine.system import System
-from helimag.engine.turn_memory import pack_memory
+from helimag.engine.turn_memory import pack_memory, remembered
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer
 from helimag.physics.magnetics import FieldSource
@@ -81,8 +81,8 @@ class Batch:
         (runs,): where each stands, see :func:`started` and :attr:`History.progress`.
     settings
         How they are advanced.
-    records
-        What was recorded of each before, where they go on.
+    records, memories
+        What was recorded of each before, and what it remembers, where they go on.
     """
 
     def __init__(
@@ -92,6 +92,7 @@ class Batch:
         progress: NDArray[np.void],
         settings: Stepping,
         records: Sequence[NDArray[np.void]] = (),
+        memories: Sequence[dict[str, Floats]] = (),
     ) -> None:
         self.scenarios = scenarios
         self._device = settings.device
@@ -116,7 +117,10 @@ class Batch:
         for run, known in enumerate(records):
             if known.size:
                 self._records[run, : known.size].assign(known)
-        self._memory = pack_memory(len(scenarios) if settings.method.leaps else 0, settings.device)
+        kept = memories or [{}] * len(scenarios)
+        self._leaps = settings.method.leaps
+        self._memory = pack_memory(kept if self._leaps else (), settings.device)
+        self._memories = list(kept)  # as of the last launch, likewise
         self._stand = progress.copy()  # as of the last launch; replaced as a whole, so that other threads may read it
 
     @property
@@ -135,6 +139,8 @@ class Batch:
         begun = time.perf_counter()
         inputs = [*self._inputs, budget, self._progress, self._records, self._memory]
         wp.launch(self._kernel, dim=len(self.scenarios), inputs=inputs, device=self._device)
+        if self._leaps:
+            self._memories = [remembered(self._memory, run) for run in range(len(self.scenarios))]
         self._stand = self._progress.numpy().copy()
         return time.perf_counter() - begun
 
@@ -158,4 +164,5 @@ class Batch:
             rejected=int(stand["rejected"]),
             wall_time=wall_time,
             progress=stand.copy(),
+            memory=self._memories[run],
         )

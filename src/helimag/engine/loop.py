@@ -87,6 +87,18 @@ def build_attempt(system: System, method: Method) -> wp.Function:
     return attempt
 
 
+@wp.func
+def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
+    """The progress once the sample that is due, or the run's end, is recorded."""
+    p = before
+    records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips)
+    p.statistics = statistics_from(p.time, p.state)
+    p.sample += 1
+    if p.status == RUNNING and p.time >= schedule.duration:
+        p.status = HORIZON
+    return p
+
+
 @cache
 def build_advance(system: System, method: Method) -> wp.Kernel:
     """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
@@ -148,11 +160,7 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
                         p.status = NOT_FINITE
                 left -= 1
             if p.time >= end or p.status != RUNNING:
-                records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips)
-                p.statistics = statistics_from(p.time, p.state)
-                p.sample += 1
-                if p.status == RUNNING and p.time >= schedule.duration:
-                    p.status = HORIZON
+                p = recorded(p, schedule, run, records)
         progress[run] = p
 
     return advance

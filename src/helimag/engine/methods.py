@@ -15,6 +15,7 @@ from scipy.integrate import DOP853 as TABLEAU
 
 from helimag.engine.control import Control, scaled_square
 from helimag.engine.system import System, build_rates
+from helimag.errors import InputError
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State, normalized
 from helimag.physics.magnetics import FieldSource
@@ -117,3 +118,17 @@ def build_dop853(system: System) -> wp.Function:
 
 DOP853 = Method("DOP853", 8, build_dop853)
 MULTIREVOLUTION = replace(DOP853, name="DOP853, multi-revolution", leaps=True)
+METHODS = {"direct": DOP853, "multirevolution": MULTIREVOLUTION}
+
+
+def method_named(name: str) -> Method:
+    """A method by the name that users give it.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+    """
+    if name not in METHODS:
+        raise InputError(f"method must be one of {', '.join(METHODS)}; got '{name}'")
+    return METHODS[name]

@@ -6,10 +6,12 @@ nodes. Heights between nodes are those of the trigonometric polynomial through t
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from helimag.engine.turns import NODES, Nodes, Shape, rolled
 from helimag.physics.kinematics import State, attack_angle, normalized
@@ -54,20 +56,25 @@ class Memory:
     jacobians: wp.array(dtype=Square)  # (runs,): how what a turn changes depends on where it begins
 
 
-def pack_memory(runs: int, device: str) -> Any:
-    """Room for what so many runs remember of turns."""
+def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: str) -> Any:
+    """What runs remember of turns, as the kernels take it; a run that remembers nothing has room for it."""
     memory = Memory()
-    for name, kind in (
-        ("numbers", wp.float64),
-        ("places", State),
-        ("changes", State),
-        ("heights", Heights),
-        ("attacks", Nodes),
-    ):
+    runs = len(remembered)
+    kinds = {"numbers": wp.float64, "places": State, "changes": State, "heights": Heights, "attacks": Nodes}
+    for name, kind in kinds.items():
         setattr(memory, name, wp.zeros((runs, SLOTS), dtype=kind, device=device))
     memory.nodes = wp.zeros((runs, SLOTS, NODES), dtype=State, device=device)
     memory.jacobians = wp.zeros(runs, dtype=Square, device=device)
+    for run, known in enumerate(remembered):
+        for name, values in known.items():
+            getattr(memory, name)[run : run + 1].assign(values[None])
     return memory
+
+
+def remembered(memory: Any, run: int) -> dict[str, NDArray[np.float64]]:
+    """What one run remembers."""
+    names = ("numbers", "places", "changes", "heights", "attacks", "nodes", "jacobians")
+    return {name: getattr(memory, name)[run : run + 1].numpy()[0].copy() for name in names}
 
 
 @wp.func
