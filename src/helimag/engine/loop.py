@@ -88,6 +88,18 @@ def build_attempt(system: System, method: Method) -> wp.Function:
 
 
 @wp.func
+def after_step(before: Progress, dt: wp.float64, t: wp.float64, new: State, lag: wp.vec2d) -> Progress:
+    """The progress after a step of ``dt`` (s) to ``new`` at ``t``."""
+    p = before
+    p.synchrony = synchrony_with(p.synchrony, lag)
+    p.statistics = statistics_with(p.statistics, dt, new[2], attack_angle(new))
+    p.time = t
+    p.state = new
+    p.steps += wp.int64(1)
+    return p
+
+
+@wp.func
 def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
     """The progress once the sample that is due, or the run's end, is recorded."""
     p = before
@@ -147,13 +159,9 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
                 p.step = step
                 p.status = status
                 if outcome == TAKEN:
-                    p.synchrony = synchrony_with(p.synchrony, lag)
+                    p = after_step(p, dt, t, new, lag)
                     if wp.static(leaping):
                         p.leap = watched(p.leap, drive.spin_rate, t, lag)
-                    p.statistics = statistics_with(p.statistics, dt, new[2], attack_angle(new))
-                    p.time = t
-                    p.state = new
-                    p.steps += wp.int64(1)
                 elif outcome == REJECTED:
                     p.rejected += wp.int64(1)
                     if p.step < SHORTEST:
