@@ -108,7 +108,7 @@ def ours(scenario: Scenario, runs: int = 1, threads: int = 1) -> tuple[np.ndarra
 
 def main() -> None:
     """Print the table."""
-    full = load("paper/fig3c")
+    full = load("nose-first/fig3c")
     short = full.replaced({"run.duration": HORIZON})
     ours(short.replaced({"run.duration": 1.0}))
     exact, _ = taylor(short, 1e-16)

@@ -15,7 +15,7 @@ from helimag.cli._robot_reports import (
     print_plan,
 )
 from helimag.cli._shared import Changes, Json, ScenarioName, print_json, progress_bar, scenario_from
-from helimag.errors import InputError
+from helimag.errors import InputError, NotFeasible
 
 if TYPE_CHECKING:
     from helimag.robot import ArmPlan
@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 app = App(name="robot", help="From a scenario to a programme that an arm can run, and back from what an arm did.")
 
-CellFile = Annotated[Path | None, Parameter(name="--cell", help="TOML file of the cell; without it, the default cell.")]
+CellFile = Annotated[
+    Path | None, Parameter(name="--cell", help="TOML file of the cell, or wide; without it, the default cell.")
+]
 Unwind = Annotated[
     bool, Parameter(name="--unwind", negative="", help="Let axis 6 turn back in place where it runs into its limit.")
 ]
@@ -40,7 +42,7 @@ def check(
     figure: Path | None = None,
     json: Json = False,
 ) -> None:
-    """Report whether the arm can take the magnet along a scenario's path, and if not, when and why not.
+    """Report whether the arm can take the magnet along a scenario's path; exit status 1 where it cannot, and why.
 
     Parameters
     ----------
@@ -60,6 +62,8 @@ def check(
         print_json(found)
     else:
         print_plan(found)
+    if not plan.feasible:
+        raise NotFeasible(f"the arm cannot run '{plan.scenario.title}': {plan.offence}")
 
 
 @app.command
@@ -86,7 +90,7 @@ def program(
     accept_unbounded
         Write although the simulated run is not bounded, or the device leaves when it goes on; the header then warns.
     spline
-        Write SLIN and SCIRC instead of LIN and CIRC.
+        Write spline motions, in blocks that keep the speed at their points, instead of LIN and CIRC.
     """
     from helimag import robot
 
@@ -127,7 +131,7 @@ def read_back(
     from helimag.errors import RunError
 
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
-    playback = robot.play(*robot.krl_texts(source), plan.cell.arm)
+    playback = robot.play(*robot.krl_texts(source), plan.cell.arm, inputs=plan.cell.inputs)
     found = robot.deviation(plan, playback)
     if json:
         print_json(deviation_data(found, plan, playback))
@@ -240,7 +244,8 @@ def _log(path: Path, scenario: "Scenario", cell: Path | None) -> Any:
 
     chosen = _cell(cell)
     if path.suffix.lower() == ".src":
-        return robot.log_of_playback(robot.play(*robot.krl_texts(path), chosen.arm, interval=0.1), scenario, chosen)
+        playback = robot.play(*robot.krl_texts(path), chosen.arm, interval=0.1, inputs=chosen.inputs)
+        return robot.log_of_playback(playback, scenario, chosen)
     return robot.read_log(path, chosen)
 
 

@@ -18,11 +18,12 @@ from helimag.engine.packing import (
     pack_bodies,
     pack_drives,
     pack_magnets,
-    start_state,
 )
+from helimag.engine.patience import announced
 from helimag.engine.running import Underway, advance, advancing
 from helimag.engine.simulation import simulate, simulate_many, trajectory_of
 from helimag.engine.slow_times import slow_times
+from helimag.engine.start import angles_of_start, carrying_velocity, forward, start_attitude, start_state
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import (
     MAGNET_MODELS,
@@ -47,9 +48,13 @@ __all__ = [
     "Underway",
     "advance",
     "advancing",
+    "angles_of_start",
+    "announced",
     "build_balance",
     "build_load",
     "build_rates",
+    "carrying_velocity",
+    "forward",
     "initial_gap",
     "lag_vector",
     "pack_bodies",
@@ -60,6 +65,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "slow_times",
+    "start_attitude",
     "start_state",
     "system_of",
     "to_lab",

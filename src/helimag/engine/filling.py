@@ -106,7 +106,7 @@ def build_turn_filled(system: System) -> wp.Function:
                 )
                 state = to_lab(drive, due, with_roll(moving, p.leap.roll * number))
                 p.statistics = statistics_with(p.statistics, due - last, state[2], attack_angle(state))
-                records[run, p.sample] = record_of(p.statistics, due, state, p.synchrony.slips)
+                records[run, p.sample] = record_of(p.statistics, due, state, p.synchrony.slips, 0)
                 p.statistics = statistics_from(due, state)
                 p.sample += 1
                 last = due

@@ -16,6 +16,7 @@ from helimag.engine.progress import Progress
 from helimag.engine.samples import Record, Schedule, record_of, sample_time, statistics_from, statistics_with
 from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates
+from helimag.engine.touches import touches_with
 from helimag.engine.turn_memory import Memory
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer, moment_of
@@ -100,11 +101,22 @@ def after_step(before: Progress, dt: wp.float64, t: wp.float64, new: State, lag:
 
 
 @wp.func
+def after_rejection(before: Progress) -> Progress:
+    """The progress after a step that was not taken, with the one to try next in it."""
+    p = before
+    p.rejected += wp.int64(1)
+    if p.step < SHORTEST:
+        p.status = NOT_FINITE
+    return p
+
+
+@wp.func
 def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
     """The progress once the sample that is due, or the run's end, is recorded."""
     p = before
-    records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips)
+    records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips, p.touches.lately)
     p.statistics = statistics_from(p.time, p.state)
+    p.touches.lately = wp.int32(0)
     p.sample += 1
     if p.status == RUNNING and p.time >= schedule.duration:
         p.status = HORIZON
@@ -116,8 +128,8 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
     """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
     drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)
-    leaping = method.leaps and leaps_hold(system)
-    tried = build_tried(system) if leaping else None
+    leaping, touched = method.leaps and leaps_hold(system), system.medium.touched
+    tried, touching = build_tried(system) if leaping else None, touched is not None
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
@@ -160,12 +172,12 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
                 p.status = status
                 if outcome == TAKEN:
                     p = after_step(p, dt, t, new, lag)
+                    if wp.static(touching):
+                        p.touches = touches_with(p.touches, touched(here, new, k0), t, dt)
                     if wp.static(leaping):
                         p.leap = watched(p.leap, drive.spin_rate, t, lag)
                 elif outcome == REJECTED:
-                    p.rejected += wp.int64(1)
-                    if p.step < SHORTEST:
-                        p.status = NOT_FINITE
+                    p = after_rejection(p)
                 left -= 1
             if p.time >= end or p.status != RUNNING:
                 p = recorded(p, schedule, run, records)

@@ -119,8 +119,3 @@ def multipoles(moment: float, radius: float, height: float) -> Floats:
     legendre = np.polynomial.legendre.legvander(half / distance, orders - 1)
     powers = distance[:, None] ** np.arange(orders)
     return np.asarray(moment / half * (weights / 2.0) @ (powers * legendre))[1::2]
-
-
-def start_state(scenario: Scenario) -> Floats:
-    """Where every run begins: at ``drive.start``, the long axis along x (7,)."""
-    return np.array([*scenario.drive.start, 1.0, 0.0, 0.0, 0.0])

@@ -4,6 +4,7 @@ import warp as wp
 
 from helimag.engine.samples import Statistics
 from helimag.engine.synchrony import Synchrony
+from helimag.engine.touches import Touches
 from helimag.physics.kinematics import State
 
 
@@ -43,4 +44,5 @@ class Progress:
     rejected: wp.int64
     synchrony: Synchrony
     statistics: Statistics
+    touches: Touches
     leap: Leap

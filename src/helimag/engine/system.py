@@ -11,6 +11,7 @@ from typing import Any
 
 import warp as wp
 
+from helimag.engine.contact import held_in
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.walls import NEAR_WALLS
 from helimag.physics import magnetics
@@ -60,7 +61,8 @@ def system_of(scenario: Scenario) -> System:
     pose = rpm_pose if scenario.drive.path is None else sampled_rpm_pose
     workspace, device = scenario.workspace, scenario.device
     near = bool(device.hydrodynamics.near_walls) and not (workspace.floor is None and workspace.surface is None)
-    return System(MAGNET_MODELS[scenario.magnet[0].field], pose, NEAR_WALLS if near else OPEN_WATER)
+    medium = NEAR_WALLS if near else OPEN_WATER
+    return System(MAGNET_MODELS[scenario.magnet[0].field], pose, held_in(medium) if workspace.holds else medium)
 
 
 @cache

@@ -9,8 +9,8 @@ ONE = wp.constant(wp.float64(1.0))
 THREE = wp.constant(wp.float64(3.0))
 FIVE = wp.constant(wp.float64(5.0))
 
-HIGHEST_ORDER = wp.constant(15)  # of the multipoles kept for a cylinder
-Multipoles = wp.types.vector(length=8, dtype=wp.float64)  # of the odd orders 1, 3 ... 15, A m^(order + 1)
+HIGHEST_ORDER = wp.constant(19)  # of the multipoles kept for a cylinder
+Multipoles = wp.types.vector(length=10, dtype=wp.float64)  # of the odd orders 1, 3 ... 19, A m^(order + 1)
 
 
 @wp.struct

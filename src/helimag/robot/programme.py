@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-from helimag.errors import FileError, InputError
-from helimag.files import replacing
+from helimag.errors import FileError, InputError, NotFeasible
+from helimag.files import csv_text, replacing
 from helimag.robot.arm.cell import Cell
 from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.krl.comparison import Deviation, deviation
 from helimag.robot.krl.interpreter import play
+from helimag.robot.krl.sequence import lead_time
 from helimag.robot.krl.writer import checked_name, name_for, write_krl
 from helimag.robot.rehearsal import Gate, checked_run, gate, rehearse, shown
 from helimag.robot.report import remedies, report
@@ -43,12 +44,14 @@ def write_programme(
         Write although the run's verdict is not bounded, or the device leaves when the run goes on; the header then
         carries a warning.
     spline
-        Write SLIN and SCIRC instead of LIN and CIRC.
+        Write spline motions, in blocks that keep the speed at their points, instead of LIN and CIRC.
 
     Raises
     ------
+    NotFeasible
+        Where the arm cannot do it.
     InputError
-        Where the plan is not feasible, the run is not the programme's, nothing shows that the device stays and that was
+        Where the run is not the programme's, nothing shows that the device stays and that was
         not accepted, a name does not fit, or the programme read back differs from the plan.
     FileError
         Where a file cannot be written.
@@ -77,7 +80,7 @@ def programme_texts(
     warning = [] if judged.passes else [f"WARNING: NOTHING SHOWS THAT THE DEVICE STAYS. {judged.objection}"]
     header = [*warning, *_header(plan, judged)]
     src, dat = write_krl(plan, name, header, spline=spline)
-    found = deviation(plan, play(src, dat, plan.cell.arm))
+    found = deviation(plan, play(src, dat, plan.cell.arm, inputs=plan.cell.inputs))
     if not found.acceptable:
         raise InputError(f"the programme read back is not the plan: {_shown(found)}")
     header.append(f"Read back: {_shown(found)}")
@@ -98,9 +101,9 @@ def _other_texts(plan: ArmPlan, name: str, header: list[str]) -> dict[str, str]:
 
 
 def feasible_or_refused(plan: ArmPlan) -> None:
-    """Raise InputError where the arm cannot run a plan, saying when, which joint and what value, and what to do."""
+    """Raise NotFeasible where the arm cannot run a plan, saying when, which joint and what value, and what to do."""
     if plan.offence is not None:
-        raise InputError(f"the arm cannot run '{plan.scenario.title}': {plan.offence}; {'; or '.join(remedies(plan))}")
+        raise NotFeasible(f"the arm cannot run '{plan.scenario.title}': {plan.offence}; {'; or '.join(remedies(plan))}")
 
 
 def cell_hash(cell: Cell) -> str:
@@ -123,9 +126,25 @@ def _header(plan: ArmPlan, judged: Gate) -> list[str]:
         f"Motor: {rate['frequency [Hz]']:.6f} Hz about the tool's x axis, moment at "
         f"{rate['angle [deg]']:.3f} deg from its y axis "
         "when the path begins",
+        *_for_the_lab(plan),
         "Checked: joint limits and speeds, singularities, arm and magnet against the cell's obstacles",
         "NOT checked: the way from where the arm stands to the first point; the arm against itself and its cables",
     ]
+
+
+def _for_the_lab(plan: ArmPlan) -> list[str]:
+    """Signals, load and the way up, as far as the cell has them."""
+    cell, lines = plan.cell, []
+    if cell.motor is not None:
+        answers = ", ".join(f"$IN[{number}]" for number in sorted(cell.motor.inputs)) or "nothing"
+        lines.append(f"Motor: on with $OUT[{cell.motor.run_output}], waits for {answers}; off on a stop")
+        if cell.motor.phase_input is not None:
+            lines.append(f"Motor: the path begins {lead_time(plan):.6f} s after $IN[{cell.motor.phase_input}] rises")
+    if cell.load is not None:
+        lines.append(f"Load: {cell.load.mass:g} kg")
+    if cell.retreat is not None:
+        lines.append(f"At the end the arm goes up by {1e3 * cell.retreat:g} mm")
+    return lines
 
 
 def _shown(found: Deviation) -> str:
@@ -150,10 +169,8 @@ def _transposed(rows: list[dict[str, float]]) -> dict[str, list[float]]:
 
 def _csv(columns: Mapping[str, list[float]], marks: Mapping[str, str]) -> str:
     """Columns as CSV, after comment lines; numbers so that they read back as the same."""
-    lines = [f"# {key}: {value}" for key, value in marks.items()]
-    lines.append(",".join(columns))
-    lines += [",".join(repr(float(value)) for value in row) for row in zip(*columns.values(), strict=True)]
-    return "\n".join(lines) + "\n"
+    lines = "".join(f"# {key}: {value}\n" for key, value in marks.items())
+    return lines + csv_text([list(columns), *zip(*columns.values(), strict=True)])
 
 
 def _write(folder: Path, texts: Mapping[str, str]) -> list[Path]:

@@ -64,6 +64,12 @@ def require_periodic(scenario: Scenario) -> None:
         )
 
 
+def let_go(scenario: Scenario) -> Scenario:
+    """The scenario with walls that do not hold the device: one that is held has no free orbit."""
+    loose = {"contact": None, "surface_pull": None}
+    return scenario.model_copy(update={"workspace": scenario.workspace.model_copy(update=loose)})
+
+
 @cache
 def _kernel(system: System, held: bool) -> wp.Kernel:
     kernel = build_pass(system, DOP853, held)
@@ -94,7 +100,7 @@ class Problem:
             require_periodic(scenario)
         self.scenarios = list(scenarios)
         self.watch = watch or Watch()
-        systems = [system_of(scenario) for scenario in scenarios]
+        systems = [system_of(let_go(scenario)) for scenario in scenarios]
         self.systems = list(dict.fromkeys(systems))
         self._system = np.array([self.systems.index(system) for system in systems])
         bodies, self.roll = _packed_bodies(scenarios)
