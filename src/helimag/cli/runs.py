@@ -62,6 +62,7 @@ def simulate(
     duration: str | None = None,
     interval: str | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    method: str = "direct",
     device: str = "cpu",
     orbit: bool = True,
     json: Json = False,
@@ -76,6 +77,9 @@ def simulate(
         Time between samples in the result, such as "0.1 s".
     output
         Write the trajectory to this netCDF file.
+    method
+        "direct", or "multirevolution": leaps over turns of the magnet where the device keeps in step; faster where
+        runs are long and steady.
     device
         "cpu", or a CUDA device such as "cuda".
     orbit
@@ -89,7 +93,7 @@ def simulate(
             raise InputError(f"--output must end in .nc (netCDF, which is HDF5); got '{output}'")
     chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
     with progress_bar(f"simulating {chosen.title}") as progress:
-        trajectory = run(chosen, device=device, progress=progress)
+        trajectory = run(chosen, method=method, device=device, progress=progress)
     if output is not None:
         trajectory.save(output)
     outlook = None
