@@ -1,0 +1,328 @@
+"""A proof on file: the decimals of the scenario, the tube, and what is claimed of it; and the check of all three.
+
+The check takes nothing on trust: it reads the scenario's decimals, encloses the bounds of the tube once more and draws
+the conclusions again. The search for the tube has no part in it.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from helimag.errors import FileError, InputError
+from helimag.files import replacing
+from helimag.hydrodynamics import resistance
+from helimag.proof.balls import PRECISION, arithmetic, exact, largest, lower, root_of_squares, size, upper
+from helimag.proof.clearance import clearance
+from helimag.proof.exact import WIRE_MODELS, Inputs
+from helimag.proof.motion import LENGTH, Swimming
+from helimag.proof.theorem import Disc, theorem_of
+from helimag.proof.tube import N, Tube, deviations, frame_at, spans_of
+from helimag.proof.waves import Waves
+from helimag.scenario import Scenario, parse
+
+if TYPE_CHECKING:
+    from flint import arb_mat
+
+FORMAT = "helimag proof 1"
+OUTWARD = 1.0 + 1e-12  # what the rounding of a few floats cannot undo
+TURN_PER_LENGTH = math.radians(0.1) / 1e-4  # rad/m: a ball of starts of 0.1 mm is one of 0.1 degrees
+
+
+@dataclass(frozen=True)
+class Claims:
+    """What a certificate says is proved. SI; lengths of a box are half widths.
+
+    Attributes
+    ----------
+    existence, stability, instability, bound, multipliers, tube_multipliers
+        As in :class:`helimag.proof.theorem.Theorem`.
+    box
+        (3,): around the curve's place at the start of a turn, within which the orbit's head is then, m.
+    turned
+        How far the orbit's attitude may then be from the curve's, rad.
+    tube
+        (3,): half widths of the tube there, m.
+    basin, basin_turned
+        A start whose head is no further than this from the curve's place (m), and turned no further (rad), is in the
+        tube.
+    clearance
+        All in the tube keeps this distance from walls, floor, surface and magnets, m; None in open water without any.
+    """
+
+    existence: bool
+    stability: bool
+    instability: bool
+    bound: float
+    box: tuple[float, float, float]
+    turned: float
+    tube: tuple[float, float, float]
+    basin: float
+    basin_turned: float
+    clearance: float
+    multipliers: tuple[Disc, ...]
+    tube_multipliers: tuple[Disc, ...]
+
+    @property
+    def proved(self) -> bool:
+        """Whether an orbit exists, attracts and keeps clear of everything."""
+        return self.existence and self.stability and self.clearance > 0.0
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A tube for a scenario, inputs with a tolerance, and the claims."""
+
+    scenario: Scenario
+    within: Mapping[str, str]
+    tube: Tube
+    claims: Claims
+
+    def text(self) -> str:
+        """The certificate as JSON, closed by the hash of all before it."""
+        content = self.content()
+        parts = (
+            f"{json.dumps(key)}: {json.dumps(value, separators=(',', ':'), allow_nan=False)}"
+            for key, value in (content | {"sha256": digest(content)}).items()
+        )
+        return "{" + ",\n".join(parts) + "}\n"
+
+    def covers(self, scenario: Scenario) -> bool:
+        """Whether this is about a scenario: the same but for how long it is run and what it is called."""
+        return _matter(settled(scenario)) == _matter(self.scenario)
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the content."""
+        return digest(self.content())
+
+    def content(self) -> dict[str, Any]:
+        """All but the hash, as JSON has it."""
+        tube = self.tube
+        return {
+            "format": FORMAT,
+            "scenario": self.scenario.to_toml(),
+            "within": dict(self.within),
+            "arithmetic": {"library": "python-flint", "precision_bits": PRECISION, "unit_length_m": str(LENGTH)},
+            "tube": {
+                "cos": tube.waves.cos.tolist(),
+                "sin": tube.waves.sin.tolist(),
+                **{name: list(getattr(tube, name)) for name in ("blocks", "radii", "decay", "swing", "odd")},
+                **{name: getattr(tube, name) for name in ("spans", "order", "fine", "cuts")},
+            },
+            "claims": json.loads(json.dumps(asdict(self.claims))),
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write the certificate.
+
+        Raises
+        ------
+        FileError
+            Where the file cannot be written.
+        """
+        with replacing(path) as beside:
+            beside.write_text(self.text(), encoding="utf-8")
+
+
+def settled(scenario: Scenario) -> Scenario:
+    """The scenario with its resistance as a matrix where it is solved for in floats: that matrix is then an input."""
+    device = scenario.device
+    model = device.hydrodynamics.model
+    if model == "matrix" or (device.helix is not None and model in WIRE_MODELS):
+        return scenario
+    matrix = resistance(device, scenario.fluid)
+    even = (matrix + matrix.T) / 2.0
+    return scenario.replaced({"device.hydrodynamics": {"model": "matrix", "resistance": even.tolist()}})
+
+
+def _matter(scenario: Scenario) -> dict[str, Any]:
+    """What decides the motion and its clearance."""
+    return {key: value for key, value in scenario.decisive.items() if key != "run"}
+
+
+def digest(content: Mapping[str, Any]) -> str:
+    """SHA-256 of a certificate's content."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def claims_of(scenario: Scenario, within: Mapping[str, str], tube: Tube) -> Claims | None:
+    """All that the enclosures prove of a tube, None where they hold nothing; the only place where claims come from.
+
+    Raises
+    ------
+    InputError
+        Where the scenario is one of which nothing can be proved.
+    """
+    with arithmetic():
+        motion = Swimming(Inputs(scenario, {path: Fraction(width) for path, width in within.items()}).constants())
+        try:
+            spans = list(spans_of(motion, tube))
+            frame = frame_at(motion, tube, exact(0))
+            across = frame.inv()
+        except ZeroDivisionError:  # a ball of frames that holds a singular one
+            return None
+        theorem = theorem_of(tube, spans)
+        clear = clearance(scenario, motion, tube, spans)
+        box = [upper(size(d)) for d in deviations(tube, frame, theorem.share)]
+        whole = [upper(size(d)) for d in deviations(tube, frame)]
+        basin = ball_in(tube, across)
+    if not (theorem.existence and math.isfinite(clear) and np.isfinite([theorem.bound, *box, *whole]).all()):
+        return None
+    return Claims(
+        existence=theorem.existence,
+        stability=theorem.stability,
+        instability=theorem.instability,
+        bound=theorem.bound,
+        box=_metres(box[:3]),
+        turned=float(np.linalg.norm(box[3:])) * OUTWARD,
+        tube=_metres(whole[:3]),
+        basin=basin,
+        basin_turned=basin * TURN_PER_LENGTH,
+        clearance=clear,
+        multipliers=theorem.multipliers,
+        tube_multipliers=theorem.tube_multipliers,
+    )
+
+
+def _metres(lengths: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = (float(LENGTH) * OUTWARD * length for length in lengths)
+    return x, y, z
+
+
+def ball_in(tube: Tube, across: "arb_mat") -> float:
+    """Radius (m) of a ball of places and, times ``TURN_PER_LENGTH``, of attitudes that lies in the tube's section.
+
+    An angle is at least 0.99 times as long as four times its modified Rodrigues parameters, up to half a radian.
+    """
+    turn = exact(TURN_PER_LENGTH) * 100 / 99
+    radius = exact(0.5) / exact(TURN_PER_LENGTH)
+    for columns, width in zip(tube.slices, tube.radii, strict=True):
+        rows = range(*columns.indices(N))
+        place = root_of_squares(across[i, j] for i in rows for j in range(3)) / exact(LENGTH)
+        attitude = root_of_squares(across[i, j] for i in rows for j in range(3, N))
+        radius = -largest([-radius, -exact(width) / (place + attitude * turn)])
+    return max(lower(radius), 0.0)
+
+
+def read_certificate(text: str) -> Certificate:
+    """A certificate from its text, its hash compared.
+
+    Raises
+    ------
+    InputError
+        Where it is none, or is not as it was written.
+    """
+    try:
+        content = json.loads(text)
+        recorded = content.pop("sha256")
+        if content["format"] != FORMAT:
+            raise InputError(f"a certificate must be of the format '{FORMAT}'; got '{content['format']}'")
+        if digest(content) != recorded:
+            raise InputError("the certificate's content is not what its sha256 was made of: it was changed")
+        tube = {name: value for name, value in content["tube"].items() if name not in {"cos", "sin"}}
+        lists = {name: tuple(value) for name, value in tube.items() if isinstance(value, list)}
+        waves = Waves(*(np.array(content["tube"][name], dtype=float) for name in ("cos", "sin")))
+        claims = content["claims"]
+        discs = {key: tuple(Disc(**disc) for disc in claims[key]) for key in ("multipliers", "tube_multipliers")}
+        triples = {key: tuple(claims[key]) for key in ("box", "tube")}
+        certificate = Certificate(
+            parse(content["scenario"], "the certificate's scenario"),
+            content["within"],
+            Tube(waves, **(tube | lists)),
+            Claims(**(claims | discs | triples)),
+        )
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"this is no certificate of a proof: {error}") from None
+    if certificate.content() != content:
+        raise InputError("the certificate says what this version does not: it was made by another, or changed")
+    return certificate
+
+
+def check(certificate: Certificate) -> Claims:
+    """Enclose everything once more and compare with what is claimed.
+
+    Returns
+    -------
+    Claims
+        Those of the certificate, proved again.
+
+    Raises
+    ------
+    InputError
+        Where the enclosures do not prove exactly these claims.
+    """
+    _require_whole(certificate.tube)
+    found = claims_of(certificate.scenario, certificate.within, certificate.tube)
+    if found is None:
+        raise InputError("the certificate proves nothing: its tube is not shown to hold an orbit")
+    if found != certificate.claims:
+        wrong = [name for name, value in asdict(found).items() if value != asdict(certificate.claims)[name]]
+        raise InputError(f"the certificate claims what its tube does not prove: {', '.join(wrong)}")
+    return found
+
+
+def check_file(path: str | Path) -> Certificate:
+    """Read a certificate and prove its claims again.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+    InputError
+        Where it is no certificate, was changed, or claims what it does not prove.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is no certificate of a proof: it is not text") from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    certificate = read_certificate(text)
+    check(certificate)
+    return certificate
+
+
+def _require_whole(tube: Tube) -> None:
+    """Refuse a tube whose parts do not fit together: the bounds are sums over them."""
+    count, sizes = len(tube.radii), np.diff([*tube.blocks, N])
+    fits = (
+        tube.waves.cos.shape == tube.waves.sin.shape
+        and tube.waves.count == Swimming.components + N * N
+        and count == len(tube.blocks) == len(tube.decay) == len(tube.swing) == len(tube.odd)
+        and tube.blocks[:1] == (0,)
+        and bool(np.isin(sizes, (1, 2)).all())
+        and all(radius > 0.0 for radius in tube.radii)
+        and bool(np.isfinite(tube.waves.cos).all() and np.isfinite(tube.waves.sin).all())
+        and all(math.isfinite(value) for value in (*tube.radii, *tube.decay, *tube.swing))
+        and min(tube.spans, tube.order, tube.fine, tube.cuts) >= 1
+        and tube_closes(tube)
+    )
+    if not fits:
+        raise InputError("the certificate's tube is not one: its blocks, columns and radii do not fit together")
+
+
+def tube_closes(tube: Tube) -> bool:
+    """Whether curve and frame come back after a turn: the place as it was, quaternion and columns up to their sign."""
+    attitude = slice(Swimming.components - 4, Swimming.components)
+    closed = _returns(tube.waves, slice(0, 3), False)
+    closed &= _returns(tube.waves, attitude, True) or _returns(tube.waves, attitude, False)
+    for odd, columns in zip(tube.odd, tube.slices, strict=True):
+        first, last, _ = columns.indices(N)
+        rows = slice(Swimming.components + N * first, Swimming.components + N * last)
+        closed &= _returns(tube.waves, rows, odd)
+    return closed
+
+
+def _returns(waves: Waves, rows: slice, odd: bool) -> bool:
+    """Whether functions come back after a turn: with the other sign if ``odd``."""
+    wrong = slice(0 if odd else 1, None, 2)
+    return not (waves.cos[rows, wrong].any() or waves.sin[rows, wrong].any())
