@@ -59,6 +59,8 @@ def main(stable_wanted=STABLE, unstable_wanted=UNSTABLE):
             proved[stable] += proof.proved
             existing += proof.existence and not stable
             word = "stable" if stable else "unstable"
+            if not proof.existence or proof.proved != stable:
+                print(f"  {found[0].scenario.title}")
             print(f"{word:8} {seconds[-1]:5.1f} s of CPU, growth {orbits[0].growth:9.2e}/s: {proof.reason}", flush=True)
     print(f"stable:   {proved[True]} of {tried[True]} proved")
     print(f"unstable: {proved[False]} of {tried[False]} proved stable; that they exist was proved of {existing}")

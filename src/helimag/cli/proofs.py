@@ -9,6 +9,7 @@ from helimag.errors import InputError
 if TYPE_CHECKING:
     from helimag.orbits import Orbit
     from helimag.proof import Certificate, Proof
+    from helimag.runs.trajectory import Trajectory
     from helimag.scenario import Scenario
 
 
@@ -41,11 +42,21 @@ def proved(orbit: "Orbit", certificate: Path | None) -> "Proof":
     return found
 
 
-def checked(path: Path) -> "Certificate":
-    """A certificate, its claims proved again."""
+def checked_for(path: Path, scenario: "Scenario") -> "Certificate":
+    """The certificate of a scenario, its claims proved again; another's is refused."""
     from helimag import proof
 
-    return proof.check_file(path)
+    certificate = proof.certificate_in(path)
+    proof.require_covered(certificate, scenario)
+    proof.check(certificate)
+    return certificate
+
+
+def carried(run: "Trajectory", certificate: "Certificate") -> "Trajectory":
+    """The run with its certificate in it."""
+    from helimag import proof
+
+    return proof.with_certificate(run, certificate)
 
 
 def check(certificate: Path, *, json: Json = False) -> None:
@@ -57,9 +68,9 @@ def check(certificate: Path, *, json: Json = False) -> None:
         A file that ``helimag orbit ... --prove --certificate`` wrote.
     """
     from helimag.cli._proof_reports import claims_report
-    from helimag.proof import sentence
+    from helimag.proof import check_file, sentence
 
-    found = checked(certificate)
+    found = check_file(certificate)
     if json:
         print_json({"scenario": found.scenario.name, "sha256": found.hash, **claims_report(found.claims)})
         return

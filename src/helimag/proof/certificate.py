@@ -22,8 +22,8 @@ from helimag.proof.balls import PRECISION, arithmetic, exact, largest, lower, ro
 from helimag.proof.clearance import clearance
 from helimag.proof.exact import WIRE_MODELS, Inputs
 from helimag.proof.motion import LENGTH, Swimming
-from helimag.proof.theorem import Disc, theorem_of
-from helimag.proof.tube import N, Tube, deviations, frame_at, spans_of
+from helimag.proof.theorem import Disc, enters, theorem_of
+from helimag.proof.tube import N, Straight, Tube, deviations, frame_at, spans_of, straights_of
 from helimag.proof.waves import Waves
 from helimag.scenario import Scenario, parse
 
@@ -113,8 +113,8 @@ class Certificate:
             "tube": {
                 "cos": tube.waves.cos.tolist(),
                 "sin": tube.waves.sin.tolist(),
-                **{name: list(getattr(tube, name)) for name in ("blocks", "radii", "decay", "swing", "odd")},
-                **{name: getattr(tube, name) for name in ("spans", "order", "fine", "cuts")},
+                **{name: list(getattr(tube, name)) for name in ("blocks", "radii", "entry", "decay", "swing", "odd")},
+                **{name: getattr(tube, name) for name in ("spans", "order", "fine", "coarse")},
             },
             "claims": json.loads(json.dumps(asdict(self.claims))),
         }
@@ -152,7 +152,14 @@ def digest(content: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def claims_of(scenario: Scenario, within: Mapping[str, str], tube: Tube) -> Claims | None:
+def dynamics_of(scenario: Scenario, within: Mapping[str, str]) -> Swimming:
+    """The enclosed equations of motion of a scenario, some inputs with a tolerance."""
+    return Swimming(Inputs(scenario, {path: Fraction(width) for path, width in within.items()}).constants())
+
+
+def claims_of(
+    scenario: Scenario, within: Mapping[str, str], tube: Tube, straights: Sequence[Straight] | None = None
+) -> Claims | None:
     """All that the enclosures prove of a tube, None where they hold nothing; the only place where claims come from.
 
     Raises
@@ -161,18 +168,19 @@ def claims_of(scenario: Scenario, within: Mapping[str, str], tube: Tube) -> Clai
         Where the scenario is one of which nothing can be proved.
     """
     with arithmetic():
-        motion = Swimming(Inputs(scenario, {path: Fraction(width) for path, width in within.items()}).constants())
+        dynamics = dynamics_of(scenario, within)
         try:
-            spans = list(spans_of(motion, tube))
-            frame = frame_at(motion, tube, exact(0))
+            spans = spans_of(dynamics, tube, straights or straights_of(dynamics, tube))
+            frame = frame_at(dynamics, tube, exact(0))
             across = frame.inv()
         except ZeroDivisionError:  # a ball of frames that holds a singular one
             return None
         theorem = theorem_of(tube, spans)
-        clear = clearance(scenario, motion, tube, spans)
-        box = [upper(size(d)) for d in deviations(tube, frame, theorem.share)]
-        whole = [upper(size(d)) for d in deviations(tube, frame)]
-        basin = ball_in(tube, across)
+        clear = clearance(scenario, dynamics, tube, spans)
+        box = [upper(size(d)) for d in deviations(tube, frame, [exact(theorem.share) * exact(r) for r in tube.radii])]
+        whole = [upper(size(d)) for d in deviations(tube, frame, tube.radii)]
+        entered = theorem.stability and enters(tube, spans, tube.entry)
+        basin = ball_in(tube, across, tube.entry if entered else tube.radii)
     if not (theorem.existence and math.isfinite(clear) and np.isfinite([theorem.bound, *box, *whole]).all()):
         return None
     return Claims(
@@ -196,15 +204,14 @@ def _metres(lengths: Sequence[float]) -> tuple[float, float, float]:
     return x, y, z
 
 
-def ball_in(tube: Tube, across: "arb_mat") -> float:
-    """Radius (m) of a ball of places and, times ``TURN_PER_LENGTH``, of attitudes that lies in the tube's section.
+def ball_in(tube: Tube, across: "arb_mat", radii: Sequence[float]) -> float:
+    """Radius (m) of a ball of places and, times ``TURN_PER_LENGTH``, of attitudes that lies within radii by block.
 
     An angle is at least 0.99 times as long as four times its modified Rodrigues parameters, up to half a radian.
     """
     turn = exact(TURN_PER_LENGTH) * 100 / 99
     radius = exact(0.5) / exact(TURN_PER_LENGTH)
-    for columns, width in zip(tube.slices, tube.radii, strict=True):
-        rows = range(*columns.indices(N))
+    for rows, width in zip(tube.columns, radii, strict=True):
         place = root_of_squares(across[i, j] for i in rows for j in range(3)) / exact(LENGTH)
         attitude = root_of_squares(across[i, j] for i in rows for j in range(3, N))
         radius = -largest([-radius, -exact(width) / (place + attitude * turn)])
@@ -280,15 +287,28 @@ def check_file(path: str | Path) -> Certificate:
     InputError
         Where it is no certificate, was changed, or claims what it does not prove.
     """
+    certificate = certificate_in(path)
+    check(certificate)
+    return certificate
+
+
+def certificate_in(path: str | Path) -> Certificate:
+    """A certificate from its file, its hash compared.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+    InputError
+        Where it is no certificate, or was changed.
+    """
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError:
         raise InputError(f"{path} is no certificate of a proof: it is not text") from None
     except (OSError, ValueError) as error:
         raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    certificate = read_certificate(text)
-    check(certificate)
-    return certificate
+    return read_certificate(text)
 
 
 def _require_whole(tube: Tube) -> None:
@@ -297,13 +317,13 @@ def _require_whole(tube: Tube) -> None:
     fits = (
         tube.waves.cos.shape == tube.waves.sin.shape
         and tube.waves.count == Swimming.components + N * N
-        and count == len(tube.blocks) == len(tube.decay) == len(tube.swing) == len(tube.odd)
+        and count == len(tube.blocks) == len(tube.entry) == len(tube.decay) == len(tube.swing) == len(tube.odd)
         and tube.blocks[:1] == (0,)
         and bool(np.isin(sizes, (1, 2)).all())
-        and all(radius > 0.0 for radius in tube.radii)
+        and all(radius > 0.0 for radius in (*tube.radii, *tube.entry))
         and bool(np.isfinite(tube.waves.cos).all() and np.isfinite(tube.waves.sin).all())
-        and all(math.isfinite(value) for value in (*tube.radii, *tube.decay, *tube.swing))
-        and min(tube.spans, tube.order, tube.fine, tube.cuts) >= 1
+        and all(math.isfinite(value) for value in (*tube.radii, *tube.entry, *tube.decay, *tube.swing))
+        and min(tube.spans, tube.order, tube.fine, tube.coarse) >= 1
         and tube_closes(tube)
     )
     if not fits:
@@ -315,9 +335,8 @@ def tube_closes(tube: Tube) -> bool:
     attitude = slice(Swimming.components - 4, Swimming.components)
     closed = _returns(tube.waves, slice(0, 3), False)
     closed &= _returns(tube.waves, attitude, True) or _returns(tube.waves, attitude, False)
-    for odd, columns in zip(tube.odd, tube.slices, strict=True):
-        first, last, _ = columns.indices(N)
-        rows = slice(Swimming.components + N * first, Swimming.components + N * last)
+    for odd, columns in zip(tube.odd, tube.columns, strict=True):
+        rows = slice(Swimming.components + N * columns.start, Swimming.components + N * columns.stop)
         closed &= _returns(tube.waves, rows, odd)
     return closed
 

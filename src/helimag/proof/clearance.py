@@ -17,7 +17,7 @@ SLACK = 2.0**-48  # relative, of lengths that are floats here: they stand for de
 
 
 def clearance(scenario: Scenario, motion: Swimming, tube: Tube, spans: Sequence[Span]) -> float:
-    """A lower bound (m) of the distance that all motion in the tube keeps from what ends a run; infinite in the open.
+    """A lower bound (m) of the distance that all motion in the tube's region keeps from what ends a run.
 
     As in a search for orbits, walls that a drive moves along or into in the end are not counted.
     """
@@ -26,7 +26,9 @@ def clearance(scenario: Scenario, motion: Swimming, tube: Tube, spans: Sequence[
 
 def _over_span(scenario: Scenario, motion: Swimming, tube: Tube, span: Span) -> float:
     device, unit = scenario.device, exact(LENGTH)
-    place, frame = motion.pose(span.curve, [Jet(value) for value in deviations(tube, span.frame)])
+    place, frame = motion.pose(
+        span.straight.curve, [Jet(value) for value in deviations(tube, span.straight.frame, tube.region)]
+    )
     head = [component.v * unit for component in place]
     tail = [h - frame[i][0].v * _length(device.tail_length) for i, h in enumerate(head)]
     ends = [(head, _length(device.head_radius)), (tail, _length(device.tail_radius))]

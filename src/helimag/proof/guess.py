@@ -27,6 +27,8 @@ NEGLIGIBLE = 1e-13  # of a coefficient
 FRAME_DIGITS = 10  # decimals of the frame's coefficients, which need not be exact
 HARMONICS = (28, 44, 64)  # of the curve, tried one after another
 NEWTON_STEPS = 8
+ROOM = 4.0  # for fast blocks, whose radii cost the slow ones little
+FAST = 20.0  # times the slowest decay: so fast a block comes into the tube from further off
 
 
 @dataclass(frozen=True)
@@ -206,36 +208,53 @@ def displaced(curve: Floats, by: Floats) -> Floats:
     return np.concatenate([curve[:3] + by[:3], turned / np.linalg.norm(turned, axis=0)])
 
 
-def radii_for(guess: Guess, motion: Swimming) -> Floats:
-    """Radii by block of the widest tube that floats suggest: around a ball of starts, as second derivatives allow."""
-    times = np.arange(64) / 64
-    count = motion.components
-    curve = Waves(guess.waves.cos[:count], guess.waves.sin[:count])
-    _, _, second = linearized(motion, curve, times, second=True)
-    frame = guess.waves.values(times)[count:].reshape(N, N, -1).transpose(2, 1, 0)  # time, component, column
-    across = np.linalg.inv(frame)
-    bent = np.einsum("til,ljkt,tjm,tkn->imnt", across, second, frame, frame)
+@dataclass(frozen=True)
+class Extent:
+    """How wide floats suggest that a tube may be: radii by block, and those of a ball of starts in its slow blocks."""
+
+    radii: Floats
+    entry: Floats
+
+
+def extent_of(guess: Guess, dynamics: Swimming) -> Extent:
+    """The widest tube that floats suggest, as second derivatives allow: widest in the blocks that decay slowly.
+
+    Fast blocks get what the slow ones stir up in them; a start may be further off in them, and comes in.
+    """
+    norms, across = _second_norms(guess, dynamics)
     parts = [slice(a, b) for a, b in pairwise((*guess.blocks, N))]
-    norms = np.array(
-        [[[np.sqrt((bent[i, j, k] ** 2).sum((0, 1, 2)).max()) for k in parts] for j in parts] for i in parts]
-    )
     weight = np.array([1.0 / float(LENGTH)] * 3 + [TURN] * 3)
-    around = np.array([np.sqrt(((across[0, i] * weight) ** 2).sum()) for i in parts])
-    slow = np.abs(guess.decay)
+    around = np.array([np.sqrt(((across[i] * weight) ** 2).sum()) for i in parts]) * float(LENGTH)
+    rate = np.abs(guess.decay)
+    slow = rate < FAST * rate.min()
+
+    def widest(radii: Floats) -> float:
+        return float((rate * radii / np.einsum("ijk,j,k->i", norms, radii, radii)).min())
 
     def ball(radii: Floats) -> float:
-        """How large a ball of starts a tube of these relative radii allows."""
-        widest = float((slow * radii / np.einsum("ijk,j,k->i", norms, radii, radii)).min())
-        return widest * float((radii / around).min())
+        """How large a ball of starts, in slow blocks, a tube of these relative radii allows."""
+        return widest(radii) * float((radii / around)[slow].min())
 
     radii, step = around / around.max(), 2.0
     while step > 1.05:
-        tried = [
-            radii * np.where(np.arange(len(radii)) == i, step**sign, 1.0) for i in range(len(radii)) for sign in (1, -1)
-        ]
-        best = max(tried, key=ball)
+        steps = [np.where(np.arange(len(radii)) == i, step**sign, 1.0) for i in range(len(radii)) for sign in (1, -1)]
+        best = max((radii * each for each in steps), key=ball)
         if ball(best) > ball(radii) * 1.001:
             radii = best
         else:
-            step = np.sqrt(step)
-    return np.asarray(radii * float((slow * radii / np.einsum("ijk,j,k->i", norms, radii, radii)).min()))
+            step = float(np.sqrt(step))
+    return Extent(radii * widest(radii) * np.where(slow, 1.0, ROOM), around * ball(radii))
+
+
+def _second_norms(guess: Guess, dynamics: Swimming) -> tuple[Floats, Floats]:
+    """Largest norms by block of second derivatives on the curve; and the frame's inverse (6, 6) as a turn begins."""
+    times = np.arange(64) / 64
+    count = dynamics.components
+    curve = Waves(guess.waves.cos[:count], guess.waves.sin[:count])
+    _, _, second = linearized(dynamics, curve, times, second=True)
+    frame = guess.waves.values(times)[count:].reshape(N, N, -1).transpose(2, 1, 0)  # time, component, column
+    across = np.linalg.inv(frame)
+    bent = np.einsum("til,ljkt,tjm,tkn->imnt", across, second, frame, frame, optimize=True)
+    parts = [slice(a, b) for a, b in pairwise((*guess.blocks, N))]
+    norms = [[[np.sqrt((bent[i, j, k] ** 2).sum((0, 1, 2)).max()) for k in parts] for j in parts] for i in parts]
+    return np.array(norms), np.asarray(across[0])

@@ -6,19 +6,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from helimag.orbits import Orbit
 from helimag.proof.balls import arithmetic
-from helimag.proof.certificate import Certificate, Claims, claims_of, settled
+from helimag.proof.certificate import Certificate, Claims, claims_of, dynamics_of, settled
 from helimag.proof.exact import Inputs, require_provable
-from helimag.proof.guess import Guess, guess_around, radii_for
+from helimag.proof.guess import Extent, Guess, extent_of, guess_around
 from helimag.proof.motion import Constants, Source, Swimming
-from helimag.proof.tube import Tube
+from helimag.proof.tube import Tube, straights_of
 
 if TYPE_CHECKING:
     pass
 
-SPANS, ORDER, FINE, CUTS = 96, 10, 18, 3
-SIZES = (0.6, 0.3, 0.1, 0.01)  # of the tube that the floats suggest, tried one after another
+GRIDS: tuple[dict[str, int], ...] = (
+    {"spans": 96, "order": 10, "fine": 18, "coarse": 3},
+    {"spans": 192, "order": 12, "fine": 20, "coarse": 3},
+)  # how time is cut; the finer one where the coarser one does not decide
+SIZES = ((0.65, 0.9), (0.3, 0.7), (0.1, 0.5), (0.01, 0.5))  # of the tube and the starts that floats suggest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,16 +112,19 @@ def prove(orbit: Orbit) -> Proof:
         constants = Inputs(scenario).constants()
     if not orbit.found:
         return ended(f"no orbit was found to prove anything of ({orbit.status})")
-    guess = guess_around(Swimming(in_floats(constants)), orbit.state)
+    floats = Swimming(in_floats(constants))
+    guess = guess_around(floats, orbit.state)
     if isinstance(guess, str):
         return ended(f"not proved: {guess}")
     best: Claims | None = None
-    for tube in tubes(guess, Swimming(in_floats(constants))):
-        claims = claims_of(scenario, {}, tube)
-        if claims is not None and (claims.stability or not orbit.stable):
-            certificate = Certificate(scenario, {}, tube, claims)
-            return ended(sentence(claims), certificate)
-        best = best or claims
+    for tubes in tubes_to_try(guess, extent_of(guess, floats)):
+        with arithmetic():
+            straights = straights_of(dynamics_of(scenario, {}), tubes[0])
+        for tube in tubes:
+            claims = claims_of(scenario, {}, tube, straights)
+            if claims is not None and (claims.stability or not orbit.stable):
+                return ended(sentence(claims), Certificate(scenario, {}, tube, claims))
+            best = best or claims
     return ended(_why_not(guess, best))
 
 
@@ -130,22 +139,26 @@ def _float(value: Any) -> Any:
     return [_float(each) for each in value] if isinstance(value, (list, tuple)) else float(value)
 
 
-def tubes(guess: Guess, motion: Swimming) -> Iterator[Tube]:
-    """Tubes to try, wide ones first."""
-    radii = radii_for(guess, motion)
-    for part in SIZES:
-        yield Tube(
-            guess.waves,
-            guess.blocks,
-            tuple(float(f"{part * radius:.4g}") for radius in radii),
-            guess.decay,
-            guess.swing,
-            guess.odd,
-            SPANS,
-            ORDER,
-            FINE,
-            CUTS,
-        )
+def tubes_to_try(guess: Guess, extent: Extent) -> Iterator[list[Tube]]:
+    """Tubes to try for each grid of time, wide ones first."""
+    for grid in GRIDS:
+        yield [
+            Tube(
+                waves=guess.waves,
+                blocks=guess.blocks,
+                radii=_rounded(part * extent.radii),
+                entry=_rounded(share * part * extent.entry),
+                decay=guess.decay,
+                swing=guess.swing,
+                odd=guess.odd,
+                **grid,
+            )
+            for part, share in SIZES
+        ]
+
+
+def _rounded(radii: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(float(f"{radius:.4g}") for radius in radii)
 
 
 def sentence(claims: Claims) -> str:

@@ -2,22 +2,18 @@
 
 Around a curve c(s), s in turns, the deviations z of six coordinates obey z' = f(z, s). A frame Q(s) of six columns
 gives coordinates y with z = Q y, in which y' = F(y, s) = W (f(Q y, s) - Q' y), W the inverse of Q. The columns form
-blocks of one or two, and the tube is where the length of each block's part of y is at most its radius. For every span
-of time the enclosures give, with g = F(0, s), G = D F(0, s) and the second derivatives of F over the whole tube,
-
-- ``push``: how long g's part of each block may be,
-- ``rate``: an upper bound of how fast the greatest share of a radius grows, over all linearisations in the tube: the
-  logarithmic norm in the norm max |y_I| / radius_I, by blocks: that of the diagonal block plus the norms of the others.
-
-What follows from these numbers is said in :mod:`helimag.proof.theorem`.
+blocks of one or two, and a tube is where the length of each block's part of y is at most the block's radius. For every
+span of time the enclosures give bounds of g = F(0, s), of G = D F(0, s), by series in time with Taylor's remainder,
+and of the second derivatives of F over the whole region in question. What follows from these numbers
+is said in :mod:`helimag.proof.theorem`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol
 
-from helimag.proof.balls import arithmetic, around_zero, exact, flint, largest, root_of_squares, size
+from helimag.proof.balls import arithmetic, around_zero, exact, flint, root_of_squares
 from helimag.proof.jets import Jet, Value, variables
 from helimag.proof.waves import Waves, basis
 
@@ -25,6 +21,7 @@ if TYPE_CHECKING:
     from flint import arb, arb_mat
 
 N = 6
+SWELL = 1.1
 
 
 class Dynamics(Protocol):
@@ -49,91 +46,163 @@ class Tube:
     waves
         The curve's components, then the frame's columns one after another.
     blocks
-        First column of each block, and the number of columns.
+        First column of each block.
     radii
         Of the tube, by block, in the frame's coordinates.
+    entry
+        Radii of a wider region, from which all comes into the tube; at least those of the tube.
     decay, swing
         By block: the linearised motion is near ``decay + i swing`` in a turn (only used to enclose multipliers).
     odd
         By block: whether its columns come back with the other sign after a turn.
-    spans, order, fine, cuts
-        Spans of equal time in a turn, coefficients of the series in each for G and for g, and its parts for second
-        derivatives.
+    spans, order, fine, coarse
+        Spans of equal time in a turn; coefficients of the series in each: for G, for g and for second derivatives.
     """
 
     waves: Waves
     blocks: tuple[int, ...]
     radii: tuple[float, ...]
+    entry: tuple[float, ...]
     decay: tuple[float, ...]
     swing: tuple[float, ...]
     odd: tuple[bool, ...]
     spans: int
     order: int
     fine: int
-    cuts: int
+    coarse: int
 
     @property
-    def slices(self) -> list[slice]:
+    def columns(self) -> list[range]:
         """The columns of each block."""
-        return [slice(a, b) for a, b in pairwise((*self.blocks, N))]
+        return [range(a, b) for a, b in pairwise((*self.blocks, N))]
+
+    @property
+    def region(self) -> tuple[float, ...]:
+        """Radii over which second derivatives are enclosed: a little wider than the entry, where motion may swell."""
+        return tuple(SWELL * max(pair) for pair in zip(self.entry, self.radii, strict=True))
+
+
+@dataclass(frozen=True)
+class Straight:
+    """What holds on the curve over a span: ``push`` bounds g by block, ``linear`` encloses G (6, 6).
+
+    ``curve`` and ``frame`` enclose the curve's components and the frame (6, 6).
+    """
+
+    push: "list[arb]"
+    linear: "list[list[arb]]"
+    curve: "list[arb]"
+    frame: Any
 
 
 @dataclass(frozen=True)
 class Span:
-    """What holds over a span of time, all as upper bounds by block.
+    """Upper bounds that hold over a span of time, by block.
 
     Attributes
     ----------
     push
         Length of g.
-    rate, change
-        Over the tube: logarithmic norm, and the norm of what the linearisation differs from the constant one.
-    still_rate, still_change
-        The same on the curve itself.
-    curve, frame
-        Enclosures of the curve's components, and of the frame (6, 6).
+    rate
+        Greatest eigenvalue of the symmetric part of G's diagonal block.
+    change
+        Norm of what G's diagonal block differs from the constant one.
+    mixed
+        Norms of G's blocks off the diagonal, zero on it.
+    bend
+        [I][J][K]: norm of the change of block I, J of D F along block K, over its length, anywhere in the region.
+    twist
+        [I][K]: the same of the symmetric part of the diagonal block I.
+    straight
+        What they were made of.
     """
 
     push: "list[arb]"
     rate: "list[arb]"
     change: "list[arb]"
-    still_rate: "list[arb]"
-    still_change: "list[arb]"
-    curve: "list[arb]"
-    frame: Any
+    mixed: "list[list[arb]]"
+    bend: "list[list[list[arb]]]"
+    twist: "list[list[arb]]"
+    straight: Straight
 
 
-def spans_of(motion: Dynamics, tube: Tube) -> Iterator[Span]:
+def straights_of(dynamics: Dynamics, tube: Tube) -> "list[Straight]":
+    """What holds on the curve, for every span of a turn; within :func:`helimag.proof.balls.arithmetic`."""
+    matrix = tube.waves.matrix()
+    return [_straight(dynamics, tube, matrix, k) for k in range(tube.spans)]
+
+
+def spans_of(dynamics: Dynamics, tube: Tube, straights: "Sequence[Straight]") -> list[Span]:
     """The bounds of every span of a turn, in order; within :func:`helimag.proof.balls.arithmetic`."""
     matrix = tube.waves.matrix()
-    for k in range(tube.spans):
-        yield _span(motion, tube, matrix, k)
+    return [_span(dynamics, tube, matrix, k, straight) for k, straight in enumerate(straights)]
 
 
-def _span(motion: Dynamics, tube: Tube, matrix: "arb_mat", k: int) -> Span:
-    middle, half = exact(2 * k + 1) / (2 * tube.spans), exact(1) / (2 * tube.spans)
-    library = flint()
-    wide = library.arb(middle, half)
+def _time(tube: Tube, k: int) -> "tuple[arb, arb]":
+    """Middle and half length of a span."""
+    return exact(2 * k + 1) / (2 * tube.spans), exact(1) / (2 * tube.spans)
+
+
+def _whole(tube: Tube, at: "arb") -> "arb":
+    """The span around a time."""
+    return flint().arb(at.mid(), _time(tube, 0)[1])
+
+
+def _straight(dynamics: Dynamics, tube: Tube, matrix: "arb_mat", k: int) -> Straight:
+    middle, half = _time(tube, k)
+    wide = flint().arb(middle, half)
     linear, off = (
         _over_span(
-            _series(motion, tube, matrix, middle, order, columns),
-            _series(motion, tube, matrix, wide, order + 1, columns),
+            _series(dynamics, tube, matrix, middle, order, columns),
+            _series(dynamics, tube, matrix, wide, order + 1, columns),
             half,
         )
         for order, columns in ((tube.order, N), (tube.fine, 0))
     )
-    bends = [
-        _bends(motion, tube, matrix, library.arb(middle + half * (2 * c + 1 - tube.cuts) / tube.cuts, half / tube.cuts))
-        for c in range(tube.cuts)
-    ]
-    bend = [
-        [[largest(each[i][j][b] for each in bends) for b in range(len(tube.radii))] for j in range(N)] for i in range(N)
-    ]
-    curve, frame = _curve_and_frame(motion.components, matrix * basis(tube.waves.cos.shape[1], wide, 1))
-    still = _row_bounds(tube, linear, [[library.arb(0)] * N] * N)
-    moved = _row_bounds(tube, linear, [[size(sum(bend[i][j], library.arb(0))) for j in range(N)] for i in range(N)])
-    push = [root_of_squares(off[i][0] for i in range(*rows.indices(N))) for rows in tube.slices]
-    return Span(push, *moved, *still, [part[0] for part in curve], frame[0])
+    push = [root_of_squares(off[i][0] for i in rows) for rows in tube.columns]
+    curve, frame = _curve_and_frame(dynamics.components, matrix * basis(tube.waves.cos.shape[1], wide, 1))
+    return Straight(push, linear, [part[0] for part in curve], frame[0])
+
+
+def _span(dynamics: Dynamics, tube: Tube, matrix: "arb_mat", k: int, straight: Straight) -> Span:
+    middle, half = _time(tube, k)
+    wide = flint().arb(middle, half)
+    second = _over_span(
+        _bends(dynamics, tube, matrix, middle, tube.coarse),
+        _bends(dynamics, tube, matrix, wide, tube.coarse + 1),
+        half,
+    )
+    blocks, linear = tube.columns, straight.linear
+    count = range(len(blocks))
+    bend = [[[_norm(second, blocks[i], blocks[j], blocks[m]) for m in count] for j in count] for i in count]
+    return Span(
+        push=straight.push,
+        rate=[_logarithmic_norm(linear, rows) for rows in blocks],
+        change=[
+            root_of_squares(linear[i][j] - _constant(tube, b, i - rows[0], j - rows[0]) for i in rows for j in rows)
+            for b, rows in enumerate(blocks)
+        ],
+        mixed=[
+            [
+                exact(0) if rows is columns else root_of_squares(linear[i][j] for i in rows for j in columns)
+                for columns in blocks
+            ]
+            for rows in blocks
+        ],
+        bend=bend,
+        twist=[[_symmetric_norm(second, blocks[i], blocks[m]) for m in count] for i in count],
+        straight=straight,
+    )
+
+
+def _norm(second: "list[list[arb]]", rows: range, columns: range, along: range) -> "arb":
+    """Bound of the norm of second derivatives (6, 36) as a map from two blocks to a third."""
+    return root_of_squares(second[i][N * j + k] for i in rows for j in columns for k in along)
+
+
+def _symmetric_norm(second: "list[list[arb]]", rows: range, along: range) -> "arb":
+    """The same for the symmetric part of a diagonal block."""
+    return root_of_squares((second[i][N * j + k] + second[j][N * i + k]) / 2 for i in rows for j in rows for k in along)
 
 
 def frame_at(motion: Dynamics, tube: Tube, at: "arb") -> "arb_mat":
@@ -172,12 +241,8 @@ def _series(motion: Dynamics, tube: Tube, matrix: "arb_mat", at: "arb", order: i
     field = [
         library.arb_mat([[_coefficient(rate.g.get(j), n) for j in range(N)] for rate in rates]) for n in range(order)
     ]
-    turned = []
-    for n in range(order):
-        total = -((n + 1) * frame[n + 1])
-        for k in range(n + 1):
-            total = total + field[k] * frame[n - k]
-        turned.append(total)
+    moved = _convolved(field, frame, order)
+    turned = [moved[n] - (n + 1) * frame[n + 1] for n in range(order)]
     return _unturned(frame, turned, order)
 
 
@@ -213,88 +278,64 @@ def _over_span(thin: "list[arb_mat]", wide: "list[arb_mat]", half: "arb") -> "li
     return result
 
 
-def _bends(motion: Dynamics, tube: Tube, matrix: "arb_mat", at: "arb") -> "list[list[list[arb]]]":
-    """Bounds (6, 6, blocks) of what second derivatives of F, times the tube's radii, add to D F anywhere in the tube.
-
-    Entry [i][j] is summed with its mirror image within a block, where only the symmetric part counts for the rate.
-    """
+def _bends(dynamics: Dynamics, tube: Tube, matrix: "arb_mat", at: "arb", order: int) -> "list[arb_mat]":
+    """Taylor coefficients in time of the second derivatives (6, 36) of F in y, enclosed over the region."""
     library = flint()
-    curve, frames = _curve_and_frame(motion.components, matrix * basis(tube.waves.cos.shape[1], at, 2))
-    frame, turns = frames[0], basis(3, at, 1)
-    radii = [exact(radius) for radius in tube.radii]
-    reach = deviations(tube, frame)
-    deviation = variables(reach, second=True, one=exact(1))
-    point, slope = [part[0] for part in curve], [part[1] for part in curve]
-    rates = motion.rates((turns[2, 0], turns[5, 0]), point, slope, deviation)
-    across = frame.transpose()
-    rows = []
+    curve, frame = _curve_and_frame(dynamics.components, matrix * basis(tube.waves.cos.shape[1], at, order + 1))
+    over = _curve_and_frame(dynamics.components, matrix * basis(tube.waves.cos.shape[1], _whole(tube, at), 1))[1][0]
+    turns = basis(3, at, order)
+    with arithmetic(library.ctx.prec, order):
+        series = library.arb_series
+        point = [series(part[:order]) for part in curve]
+        slope = [series([n * part[n] for n in range(1, order + 1)]) for part in curve]
+        clock = tuple(series([turns[row, n] for n in range(order)]) for row in (2, 5))
+        reach = [series([ball]) for ball in deviations(tube, over, tube.region)]
+        rates = dynamics.rates((clock[0], clock[1]), point, slope, variables(reach, second=True, one=series([1])))
+    across = [part.transpose() for part in frame]
+    turned: list[list[arb_mat]] = []
     for rate in rates:
         second = rate.h or {}
-        matrix_of = library.arb_mat(
-            [[second.get((min(j, k), max(j, k)), exact(0)) for k in range(N)] for j in range(N)]
-        )
-        bent = across * matrix_of * frame
-        rows.append([bent[j, k] for j in range(N) for k in range(N)])
-    return _by_block(tube, frame.inv() * library.arb_mat(rows), radii)
+        pure = [
+            library.arb_mat([[_coefficient(second.get((min(j, k), max(j, k))), n) for k in range(N)] for j in range(N)])
+            for n in range(order)
+        ]
+        turned.append(_convolved(across, _convolved(pure, frame, order), order))
+    rows = [
+        library.arb_mat([[turned[i][n][j, k] for j in range(N) for k in range(N)] for i in range(N)])
+        for n in range(order)
+    ]
+    return _unturned(frame, rows, order)
 
 
-def deviations(tube: Tube, frame: "arb_mat", share: float = 1.0) -> "list[arb]":
-    """Balls that hold the six deviations of everything within a share of the tube, the frame being so."""
+def _convolved(a: "list[arb_mat]", b: "list[arb_mat]", order: int) -> "list[arb_mat]":
+    """Taylor coefficients of a product of matrices."""
     result = []
-    for i in range(N):
-        reach = exact(0)
-        for columns, radius in zip(tube.slices, tube.radii, strict=True):
-            reach += root_of_squares(frame[i, j] for j in range(*columns.indices(N))) * exact(radius)
-        result.append(around_zero(reach * exact(share)))
+    for n in range(order):
+        total = a[0] * b[n]
+        for k in range(1, n + 1):
+            total = total + a[k] * b[n - k]
+        result.append(total)
     return result
 
 
-def _by_block(tube: Tube, second: "arb_mat", radii: "list[arb]") -> "list[list[list[arb]]]":
-    """Bounds [i][j][block] of second derivatives (6, 36) in the directions of a block, times its radius."""
-    return [
-        [
-            [
-                size(root_of_squares(second[i, N * j + k] for k in range(*s.indices(N))) * r)
-                for s, r in zip(tube.slices, radii, strict=True)
-            ]
-            for j in range(N)
-        ]
-        for i in range(N)
-    ]
+def deviations(tube: Tube, frame: "arb_mat", radii: "Sequence[float | arb]") -> "list[arb]":
+    """Balls that hold the six deviations of everything within radii by block, the frame being so."""
+    result = []
+    for i in range(N):
+        reach = exact(0)
+        for columns, radius in zip(tube.columns, radii, strict=True):
+            reach += root_of_squares(frame[i, j] for j in columns) * radius
+        result.append(around_zero(reach))
+    return result
 
 
-def _row_bounds(tube: Tube, linear: "list[list[arb]]", extra: "list[list[arb]]") -> "tuple[list[arb], list[arb]]":
-    """Bounds ``rate`` and ``change`` by block, from enclosures of G and bounds of what is added to its entries."""
-    radii = [exact(radius) for radius in tube.radii]
-    rate, change = [], []
-    for b, rows in enumerate(tube.slices):
-        columns = range(*rows.indices(N))
-        others = exact(0)
-        for c, s in enumerate(tube.slices):
-            if c != b:
-                norm = root_of_squares(size(linear[i][j]) + extra[i][j] for i in columns for j in range(*s.indices(N)))
-                others += norm * radii[c] / radii[b]
-        rate.append((_logarithmic_norm(linear, extra, list(columns)) + others).upper())
-        own = root_of_squares(
-            size(linear[i][j] - _constant(tube, b, i - rows.start, j - rows.start)) + extra[i][j]
-            for i in columns
-            for j in columns
-        )
-        change.append(size(own + others))
-    return rate, change
-
-
-def _logarithmic_norm(linear: "list[list[arb]]", extra: "list[list[arb]]", columns: list[int]) -> "arb":
+def _logarithmic_norm(linear: "list[list[arb]]", columns: range) -> "arb":
     """Greatest eigenvalue of the symmetric part of a diagonal block: an upper bound."""
-    if len(columns) == 1:
-        (i,) = columns
-        return linear[i][i] + extra[i][i]
-    i, j = columns
+    i, j = columns[0], columns[-1]
+    if i == j:
+        return linear[i][i].upper()
     mean, half = (linear[i][i] + linear[j][j]) / 2, (linear[i][i] - linear[j][j]) / 2
-    shear = (linear[i][j] + linear[j][i]) / 2
-    skew = (extra[i][j] + extra[j][i]) / 2
-    added = root_of_squares([extra[i][i], extra[j][j], skew, skew])
-    return mean + root_of_squares([half, shear]) + added
+    return (mean + root_of_squares([half, (linear[i][j] + linear[j][i]) / 2])).upper()
 
 
 def _constant(tube: Tube, block: int, row: int, column: int) -> "arb":
