@@ -5,6 +5,7 @@ from helimag.proof.certificate import Certificate, Claims, certificate_in, check
 from helimag.proof.exact import require_provable
 from helimag.proof.proving import Proof, prove, sentence
 from helimag.proof.theorem import Disc
+from helimag.proof.tolerance import tolerated
 
 __all__ = [
     "Certificate",
@@ -21,5 +22,6 @@ __all__ = [
     "require_covered",
     "require_provable",
     "sentence",
+    "tolerated",
     "with_certificate",
 ]
