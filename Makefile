@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --disable-pip-version-check
+DEMO := $(VENV)/.demo
 STAMP := $(VENV)/.stamp
 
 OLDEST := .venv-oldest
@@ -13,15 +15,23 @@ CORE := $(addprefix tests/test_,$(addsuffix .py,scenario files gain hydrodynamic
 
 venv: $(STAMP)
 
-$(STAMP): requirements/all.txt pyproject.toml
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "helimag needs Python 3.11 or later")'
+# what the demo needs: helimag, its dependencies, figures; pip says what it fetches
+$(DEMO): requirements/demo.txt pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "helimag needs Python 3.11 or later")'
+	@echo "Setting up $(VENV): some 45 packages, 1 GB unpacked; half of that is Warp, which brings its own compilers"
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/all.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
-	touch $@
+	$(INSTALL) --require-hashes -r requirements/demo.txt
+	$(INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# and what tests, lint, docs and benchmarks need beside it
+$(STAMP): $(DEMO) requirements/all.txt
+	@echo "Adding what tests, docs and benchmarks need: 1 GB more"
+	$(INSTALL) --require-hashes -r requirements/all.txt
+	@touch $@
 
 # the main job: Fig. 3 of the paper, three half-hour runs with figure and verdicts, into out/
-demo: $(STAMP)
+demo: $(DEMO)
 	$(BIN)/helimag reproduce fig3 -o out
 
 test: $(STAMP) lint
@@ -56,6 +66,8 @@ bench: $(STAMP)
 lock:
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
 	    --all-extras --group test --group docs --group bench --group build pyproject.toml -o requirements/all.txt
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
+	    --extra plots --group build -c requirements/all.txt pyproject.toml -o requirements/demo.txt
 	uv pip compile --resolution lowest-direct --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	    --quiet --all-extras --group oldest --group build pyproject.toml -o requirements/oldest.txt
 

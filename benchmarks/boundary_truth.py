@@ -120,13 +120,13 @@ def helices():
 
 def preset():
     """The preset's matrix beside resistive-force theory and the enclosing spheroid, and what it costs."""
-    scenario = hm.load("paper/fig3c")
+    scenario = hm.load("nose-first/fig3c")
     device, fluid = scenario.device, scenario.fluid
     start = time.process_time()
     solution = refined(device_surfaces(device), 0.01)
     seconds = time.process_time() - start
     matrices = hm.resistance(device, fluid), solution.resistance * fluid.viscosity, enclosing_resistance(device, fluid)
-    print("\n| paper/fig3c | Lighthill | boundary | enclosing spheroid |\n|---|---|---|---|")
+    print("\n| nose-first/fig3c | Lighthill | boundary | enclosing spheroid |\n|---|---|---|---|")
     names = {"drag along (N s/m)": (0, 0), "drag across": (1, 1), "thrust (N s)": (0, 3), "roll (N m s)": (3, 3)}
     for name, entry in names.items():
         print(f"| {name} | " + " | ".join(f"{matrix[entry]:.4g}" for matrix in matrices) + " |")

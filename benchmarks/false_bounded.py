@@ -36,7 +36,7 @@ def around(random: np.random.Generator, share: float) -> float:
 
 def draw(random: np.random.Generator) -> Case:
     """One case: half of them near the paper's circles, where many runs stay, the others farther around."""
-    base = hm.load(f"paper/fig3{random.choice(list('abc'))}")
+    base = hm.load(f"nose-first/fig3{random.choice(list('abc'))}")
     near = random.random() < 0.5
     sign = 1.0 if near and random.random() < 0.8 else float(random.choice([-1.0, 1.0]))
     straight = not near and random.random() < 0.4

@@ -46,7 +46,7 @@ def main() -> None:
     places = starts()
     fell: dict[str, list[float]] = {name: [] for name in places}
     stayed: dict[str, list[float]] = {name: [] for name in places}
-    base = hm.load("paper/fig3b")
+    base = hm.load("nose-first/fig3b")
     for tolerance, interval in product(TOLERANCES, INTERVALS):
         changes = {"run.duration": DURATION, "run.interval": interval}
         scenarios = [base.replaced({**changes, "drive.start": place}) for place in places.values()]

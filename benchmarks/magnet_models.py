@@ -57,7 +57,7 @@ def error(scenario: hm.Scenario, diameters: float) -> float:
 
 def main() -> None:
     """Print the table."""
-    base = hm.load("paper/fig3c").replaced({"run.duration": "200 s"})
+    base = hm.load("nose-first/fig3c").replaced({"run.duration": "200 s"})
     print(f"dipole:                {1e9 * cost(base):4.0f} ns per evaluation of the right-hand side")
     for name, (radius, height) in SHAPES.items():
         shape = base.replaced({"magnet.field": "cylinder", "magnet.radius": radius, "magnet.height": height})

@@ -60,7 +60,7 @@ def drag_errors(pitch: float) -> dict[str, list[float]]:
 
 def main() -> None:
     """Print all of them."""
-    scenario = hm.load("paper/fig3c")
+    scenario = hm.load("nose-first/fig3c")
     for distance in (0.06, 0.102, 0.15):
         print(f"{1e3 * distance:.0f} mm below: {pull_and_roll(scenario, distance)}; {dipole_error(scenario, distance)}")
     for pitch in MEASURED:

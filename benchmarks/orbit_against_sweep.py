@@ -21,7 +21,7 @@ from helimag.orbits import Why, compare_with_orbits
 def main() -> int:
     nodes = int(sys.argv[1]) if len(sys.argv) > 1 else 16
     lowest, highest = (float(text) for text in sys.argv[2:4]) if len(sys.argv) > 3 else (1.5, 4.0)
-    base = hm.load("paper/fig3c")
+    base = hm.load("nose-first/fig3c")
     pitches, frequencies = np.radians(np.linspace(4.0, 18.0, nodes)), np.linspace(lowest, highest, nodes)
     scenarios = {
         (i, j): base.replaced({"drive.pitch": float(pitch), "drive.frequency": float(frequency)})

@@ -23,7 +23,7 @@ BAND = 0.02  # of the rate
 
 
 def random_scenario(rng: np.random.Generator) -> hm.Scenario:
-    return hm.load("paper/fig3c").replaced(
+    return hm.load("nose-first/fig3c").replaced(
         {
             "drive.frequency": rng.uniform(1.5, 4.0),
             "drive.pitch": np.radians(rng.uniform(4.0, 18.0)),

@@ -31,7 +31,7 @@ STARTS = (9, 9, 9)
 def main() -> None:
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/theory/figures")
     folder.mkdir(parents=True, exist_ok=True)
-    scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    scenario = hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
     orbit = hm.find_orbit(scenario)
 
     branch = follow(orbit, "drive.pitch", math.radians(4.0), math.radians(20.0))

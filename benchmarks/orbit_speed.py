@@ -21,7 +21,7 @@ SAME = 1e-6  # relative
 
 def main() -> int:
     nodes = int(sys.argv[1]) if len(sys.argv) > 1 else 100
-    scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    scenario = hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
     orbit = hm.find_orbit(scenario)
     times, worst = [], 0.0
     for path, near in {"drive.pitch": "12.9 deg", "drive.frequency": "2.45 Hz", "drive.distance": "152 mm"}.items():

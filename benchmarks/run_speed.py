@@ -13,7 +13,8 @@ import heyoka as hy
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from helimag.engine import advance, arm_position, start_state
+from helimag.engine import advance, start_state
+from helimag.geometry import magnet_start
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.scenario import Scenario, load
 
@@ -28,7 +29,7 @@ def rates_of(scenario: Scenario, inverse: list, t, y, sin, cos, sqrt) -> list:
     cos_y, sin_y = cos(drive.yaw_rate * t), sin(drive.yaw_rate * t)
     spin = 2.0 * math.pi * drive.frequency
     along, across = cos(spin * t), sin(spin * t)
-    arm = [float(a) for a in arm_position(scenario)]
+    arm = [float(a) for a in magnet_start(scenario.drive)]
     magnet = [cos_y * arm[0] - sin_y * arm[1], sin_y * arm[0] + cos_y * arm[1], arm[2]]
     axis = [-cos_y * sin_p * across - sin_y * along, -sin_y * sin_p * across + cos_y * along, cos_p * across]
     r = [y[i] - magnet[i] for i in range(3)]
@@ -107,7 +108,7 @@ def ours(scenario: Scenario, runs: int = 1, threads: int = 1) -> tuple[np.ndarra
 
 def main() -> None:
     """Print the table."""
-    full = load("paper/fig3c")
+    full = load("nose-first/fig3c")
     short = full.replaced({"run.duration": HORIZON})
     ours(short.replaced({"run.duration": 1.0}))
     exact, _ = taylor(short, 1e-16)

@@ -19,7 +19,7 @@ LIMIT = 360.0  # s on two cores
 def main() -> None:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 160
     plan = Plan(
-        base="paper/fig3c",
+        base="nose-first/fig3c",
         duration="1800 s",
         axis=(
             Axis(field="drive.frequency", values=("2 Hz", "2.5 Hz", "3 Hz", "3.3 Hz")),

@@ -15,7 +15,7 @@ from pathlib import Path
 
 PLAN = """
 name = "kill me"
-base = "paper/fig3c"
+base = "nose-first/fig3c"
 duration = "60 s"
 samples = 20
 

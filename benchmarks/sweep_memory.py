@@ -13,7 +13,7 @@ import resource, sys, time
 import helimag
 from helimag.sweeps import Axis, Plan
 count = int(sys.argv[1])
-plan = Plan(base="paper/fig3c", duration="2 s", samples=20, axis=(
+plan = Plan(base="nose-first/fig3c", duration="2 s", samples=20, axis=(
     Axis(field="drive.frequency", start="2 Hz", stop="3 Hz", count=10),
     Axis(field="drive.pitch", start="2 deg", stop="20 deg", count=count // 10),
 ))

@@ -15,7 +15,7 @@ PLACES = (0.0, -1e-3, -2e-3, -3e-3)
 
 def main() -> None:
     """Print, for each place, the best weight and the outcome of every row."""
-    rows = [load(f"paper/table1-row{i}") for i in range(1, 8)]
+    rows = [load(f"nose-first/table1-row{i}") for i in range(1, 8)]
     for place in PLACES:
         changes = [{"device.weight.net_weight": w, "device.weight.gravity_center": place} for w in WEIGHTS]
         outputs = [history.judge().output for history in advance([rows[0].replaced(change) for change in changes])]

@@ -8,7 +8,7 @@ import numpy as np
 import helimag as hm
 from helimag import robot
 
-cell = robot.load_cell()
+cell = robot.load_cell("wide")
 whole = robot.plan(hm.load("paper/fig3c"), cell)
 print(whole.offence)
 print(f"laps asked {whole.laps:.2f}, laps that the wrist allows {whole.laps_allowed:.2f}")

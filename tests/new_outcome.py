@@ -53,7 +53,7 @@ def main(folder: Path) -> dict[str, object]:
     compared = OrbitComparison(nodes.verdicts, blank, blank, np.full((*blank.shape, 7), np.nan), false, false)
     inputs = {axis.field: Along(axis.dimension, "1", axis.values) for axis in nodes.axes}
     beside = comparison_dataset(compared, nodes.base, inputs, nodes.dimensions)["verdict"]
-    scenario = helimag.load("paper/fig3c")
+    scenario = helimag.load("nose-first/fig3c")
     run = helimag.simulate(scenario, duration="1 s")
     orbit = Orbit(scenario=scenario, status=OrbitStatus.FOUND, state=np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
     places = np.stack(np.meshgrid(*[[-0.01, 0.01]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)

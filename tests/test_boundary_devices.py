@@ -34,7 +34,7 @@ def empty_cache(tmp_path, monkeypatch):
 def scenario_with(**changes):
     changes = {"hydrodynamics": {"model": "boundary", "tolerance": 0.01}} | changes
     changed = {"fluid.viscosity": MU} | {f"device.{key}": value for key, value in changes.items()}
-    return hm.load("paper/fig3c").replaced(changed)
+    return hm.load("nose-first/fig3c").replaced(changed)
 
 
 def short(**changes):

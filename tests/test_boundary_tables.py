@@ -86,7 +86,7 @@ def test_made_once_and_kept(tmp_path, monkeypatch):
         return make_table(mesh, kind, gaps=4, tilts=3, rolls=rolls)
 
     monkeypatch.setattr(tables, "make_table", small)
-    device = hm.load("paper/fig3c").device
+    device = hm.load("nose-first/fig3c").device
     first, again = wall_table(device, "floor"), wall_table(device, "floor")
     assert made == [3]
     for name in ("gaps", "tilts", "reach", "values", "middle"):

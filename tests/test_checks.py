@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 import helimag as hm
 import oracles
 from helimag.checks import (
+    boundary_drag,
     cautions,
     dipole_error,
     enclosing_body,
@@ -26,7 +27,7 @@ from helimag.checks import (
 )
 from helimag.hydrodynamics.bounds import enclosing_resistance
 
-PRESET = hm.load("paper/fig3c")
+PRESET = hm.load("nose-first/fig3c")
 BALL = np.diag([*[6 * np.pi * 1e-3] * 3, *[8 * np.pi * 1e-9] * 3])  # of 1 mm in 1 Pa s
 
 
@@ -94,6 +95,22 @@ def test_resistive_force_theory_breaks_the_bound_and_a_true_matrix_does_not():
     assert enclosing_body(matrix_case(BALL / 3)).holds
 
 
+def test_resistive_force_theory_beside_the_boundary_solver():
+    """The whole ratio of two drags lies between the extremes of their ratio in all motions, tried one by one."""
+    true = PRESET.replaced({"device.hydrodynamics.model": "boundary"})
+    ours, theirs = (hm.resistance(scenario.device, scenario.fluid) for scenario in (PRESET, true))
+    check = boundary_drag(PRESET)
+    motions = np.random.default_rng(3).normal(size=(4000, 6)) @ np.linalg.inv(np.linalg.cholesky(theirs))
+    ratios = np.einsum("ni,ij,nj->n", motions, ours, motions) / np.einsum("ni,ij,nj->n", motions, theirs, motions)
+    assert 0.75 * check.value < max(ratios.max(), 1.0 / ratios.min()) <= check.value
+    assert not check.holds
+    assert f"drag is {ours[0, 0] / theirs[0, 0]:.2g} times" in check.message
+    assert ours[0, 0] / theirs[0, 0] > 3.0
+    assert boundary_drag(true) is None
+    assert "boundary_drag" in {found.name for found in examine(PRESET, thorough=True)}
+    assert "boundary_drag" not in {found.name for found in examine(PRESET)}
+
+
 @pytest.mark.parametrize(("factor", "holds"), [(0.9999, True), (1.0001, False)])
 def test_the_bound_is_a_bound_on_every_motion(factor, holds):
     around = enclosing_resistance(PRESET.device, PRESET.fluid)
@@ -143,7 +160,7 @@ def test_wall_effect_is_brenners_of_a_ball(wall):
 
 def test_the_nearest_wall_counts_and_none_is_no_check():
     assert wall_gap(PRESET) is None
-    tank = hm.load("paper/table1-row1")
+    tank = hm.load("nose-first/table1-row1")
     assert wall_gap(tank).setting == "workspace.surface"
     near = tank.replaced({"drive.start": ["0 mm", "39 mm", "0 mm"]})
     assert wall_gap(near).setting == "workspace.walls.y"
@@ -238,8 +255,8 @@ def test_a_run_holds_its_cautions_in_its_file(tmp_path):
 def test_a_sweep_says_each_once_in_its_store_and_on_stderr(helimag, tmp_path):
     plan = tmp_path / "plan.toml"
     plan.write_text(
-        'base = "paper/fig3c"\nduration = "1 s"\n[[axis]]\nfield = "drive.frequency"\nstart = "2 Hz"\nstop = "8 Hz"\n'
-        "count = 4\n"
+        'base = "nose-first/fig3c"\nduration = "1 s"\n[[axis]]\nfield = "drive.frequency"\nstart = "2 Hz"\n'
+        'stop = "8 Hz"\ncount = 4\n'
     )
     words = ["sweep", plan, "-o", tmp_path / "out.zarr", "--json"]
     status, out, err = helimag(*words)

@@ -10,7 +10,7 @@ import pytest
 import helimag as hm
 from helimag.hydrodynamics.boundary import cache
 
-TEXT = hm.load("paper/fig3c").to_toml()
+TEXT = hm.load("nose-first/fig3c").to_toml()
 
 
 def refused(result, *parts):
@@ -82,7 +82,7 @@ def test_files_that_are_none(helimag, tmp_path):
     ],
 )
 def test_bad_options(helimag, options, parts):
-    refused(helimag("simulate", "paper/fig3c", *options), *parts)
+    refused(helimag("simulate", "nose-first/fig3c", *options), *parts)
 
 
 @pytest.mark.parametrize("name", ["missing/run.nc", "folder", "file/run.nc"])
@@ -90,13 +90,13 @@ def test_outputs_that_cannot_be_written(helimag, tmp_path, name):
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").write_text("keep me")
     before = sorted(tmp_path.rglob("*"))
-    refused(helimag("simulate", "paper/fig3c", "--duration", "0.1 s", "-o", tmp_path / name), name)
+    refused(helimag("simulate", "nose-first/fig3c", "--duration", "0.1 s", "-o", tmp_path / name), name)
     assert sorted(tmp_path.rglob("*")) == before
     assert (tmp_path / "file").read_text() == "keep me"
 
 
 def test_a_trajectory_is_written_as_netcdf_alone(helimag, tmp_path):
-    refused(helimag("simulate", "paper/fig3c", "-o", tmp_path / "run.csv"), "--output", ".nc", "run.csv")
+    refused(helimag("simulate", "nose-first/fig3c", "-o", tmp_path / "run.csv"), "--output", ".nc", "run.csv")
     assert not list(tmp_path.iterdir())
 
 
@@ -106,13 +106,13 @@ def test_a_scenario_is_no_plan(helimag, tmp_path):
 
 
 def test_output_into_a_place_that_takes_no_files(helimag):
-    refused(helimag("simulate", "paper/fig3c", "--duration", "0.1 s", "-o", "/proc/run.nc"), "/proc/run.nc")
+    refused(helimag("simulate", "nose-first/fig3c", "--duration", "0.1 s", "-o", "/proc/run.nc"), "/proc/run.nc")
 
 
 def test_a_failed_write_keeps_what_was_there(tmp_path, monkeypatch):
     target = tmp_path / "run.nc"
     target.write_text("older run")
-    run = hm.simulate(hm.load("paper/fig3c"), duration=0.1)
+    run = hm.simulate(hm.load("nose-first/fig3c"), duration=0.1)
 
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -125,7 +125,7 @@ def test_a_failed_write_keeps_what_was_there(tmp_path, monkeypatch):
 
 
 def test_a_run_that_fails_has_status_1(helimag):
-    status, out, err = helimag("simulate", "paper/fig3c", "--set", "device.weight.net_weight=1e300 N", "--json")
+    status, out, err = helimag("simulate", "nose-first/fig3c", "--set", "device.weight.net_weight=1e300 N", "--json")
     assert (status, out) == (1, "")
     assert err.count("\n") == 1
     assert "broke down" in err
@@ -141,15 +141,15 @@ def test_json_is_one_object_and_nothing_else(helimag, tmp_path):
     assert err.splitlines() == [f"helimag: warning: {warning['text']}" for warning in report["warnings"]]
     assert report.keys() >= {*KEYS.split(), "wall_time_s"}
     assert report["end_time_s"] == 7.1
-    run = hm.simulate(hm.load("paper/fig3c"), duration=7.1)
+    run = hm.simulate(hm.load("nose-first/fig3c"), duration=7.1)
     assert report["final_state"] == run.final_state.tolist()
     assert report["gain"] == run.gain
 
 
 def test_resistance_json(helimag):
-    status, out, _ = helimag("resistance", "paper/fig3c", "--json")
+    status, out, _ = helimag("resistance", "nose-first/fig3c", "--json")
     report = json.loads(out)
-    scenario = hm.load("paper/fig3c")
+    scenario = hm.load("nose-first/fig3c")
     assert status == 0
     assert report["resistance"] == hm.resistance(scenario.device, scenario.fluid).tolist()
     assert report["model"] == "lighthill"
@@ -161,22 +161,22 @@ def test_resistance_json(helimag):
 def test_resistance_of_the_boundary_model(helimag, tmp_path, monkeypatch):
     monkeypatch.setattr(cache, "folder", lambda: tmp_path)
     ball = ["--set", "device.helix.length=0.5 mm", "--set", "device.hydrodynamics.model=boundary"]
-    status, out, _ = helimag("resistance", "paper/fig3c", "--json", *ball)
+    status, out, _ = helimag("resistance", "nose-first/fig3c", "--json", *ball)
     report = json.loads(out)
     assert (status, report["bound_violated"], report["model"]) == (0, False, "boundary")
     assert 0.0 < report["error_estimate"] <= 0.01
-    _, out, _ = helimag("resistance", "paper/fig3c", *ball)
+    _, out, _ = helimag("resistance", "nose-first/fig3c", *ball)
     assert "estimated error 0." in out
     assert "encloses" not in out
-    assert "encloses the device, which cannot be" in helimag("resistance", "paper/fig3c")[1]
+    assert "encloses the device, which cannot be" in helimag("resistance", "nose-first/fig3c")[1]
 
 
 def test_written_run_is_what_was_run(helimag, tmp_path):
     target = tmp_path / "run.nc"
-    status, *_ = helimag("simulate", "paper/fig3c", "--duration", "2 s", "-o", target)
+    status, *_ = helimag("simulate", "nose-first/fig3c", "--duration", "2 s", "-o", target)
     assert status == 0
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
-    again, run = hm.Trajectory.load(target), hm.simulate(hm.load("paper/fig3c"), duration=2.0)
+    again, run = hm.Trajectory.load(target), hm.simulate(hm.load("nose-first/fig3c"), duration=2.0)
     assert again.final_state.tolist() == run.final_state.tolist()
     assert again.judgement == run.judgement
     assert again.dataset.position.attrs["units"] == "m"
@@ -207,7 +207,7 @@ print(sorted({HEAVY!r} & sys.modules.keys()), status or 0, file=sys.stderr)
 def test_interpreter_prints_no_banner_on_stdout():
     """From a process of its own: Warp's greeting and compiling must not get in."""
     done = subprocess.run(
-        [sys.executable, "-m", "helimag", "simulate", "paper/fig3c", "--duration", "1 s", "--json"],
+        [sys.executable, "-m", "helimag", "simulate", "nose-first/fig3c", "--duration", "1 s", "--json"],
         capture_output=True,
         text=True,
         check=True,

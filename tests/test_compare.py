@@ -135,3 +135,55 @@ def test_a_turn_inside_a_gap_is_allowed_for() -> None:
     time = np.array([0.0, 0.1, 0.2, 0.8, 0.9, 1.0])
     height = np.array([0.0, 1e-3, 2e-3, 2e-3, 1e-3, 0.0])
     assert 1e-3 < unseen(time, height, 0.1) < 4e-3
+
+
+def cut(run: Trajectory, first: int, last: int | None = None) -> Trajectory:
+    return Trajectory(run.dataset.isel(time=slice(first, last)))
+
+
+def test_only_the_common_time_is_set_beside_each_other() -> None:
+    """A run that falls after the film's end: gain and verdict are those of what the film shows, on both sides."""
+    simulated = staged("falling", duration=8.0)
+    film = cut(noisy(simulated, 0.0, every=1), 0, 100)
+    found = compare(film, simulated, align="none")
+    z = simulated.dataset["position"].values[:100, 2]
+    assert found.simulated_output == pytest.approx(np.ptp(z), rel=1e-12)
+    assert found.simulated_gain == pytest.approx(found.measured_gain.value, rel=1e-12)
+    assert np.ptp(simulated.dataset["position"].values[:, 2]) > 2.0 * np.ptp(z)
+    numbers = found.numbers
+    time = simulated.dataset["time"].values
+    assert numbers["left_out_s"]["simulated"] == pytest.approx(time[-1] - time[99])
+    assert numbers["left_out_s"]["measured"] == 0.0
+    assert numbers["simulated"]["verdict"] == numbers["measured"]["verdict"]
+
+
+def test_a_measurement_longer_than_the_simulation_is_cut_too() -> None:
+    simulated = staged("falling", duration=8.0)
+    found = compare(noisy(simulated, 0.0, every=1), cut(simulated, 50, 120), align="none")
+    z = simulated.dataset["position"].values[50:120, 2]
+    assert found.measured_output.value == pytest.approx(np.ptp(z), rel=1e-12)
+    assert found.simulated_output == pytest.approx(np.ptp(z), rel=1e-12)
+    assert found.numbers["agrees"]
+
+
+def test_extremes_before_the_common_time_do_not_count() -> None:
+    """What was recorded between samples belongs to the interval before a sample: the first one's lies outside."""
+    simulated = staged("held", duration=4.0)
+    height = simulated.dataset["position"].values[:, 2]
+    low, high = height - 1e-6, height + 1e-6
+    low[60] = height[60] - 0.05
+    recorded = Trajectory(simulated.dataset.assign(height_low=("time", low), height_high=("time", high)))
+    found = compare(cut(noisy(simulated, 0.0, every=1), 60), recorded, align="none")
+    assert found.simulated_output < 2e-3
+
+
+def test_a_simulation_in_place_of_a_measurement_is_named(capsys, tmp_path) -> None:
+    simulated = staged("held", duration=4.0)
+    simulated.save(tmp_path / "run.nc")
+    measured = Trajectory(simulated.dataset.assign_attrs(source="measured"))
+    measured.save(tmp_path / "film.nc")
+    assert compare(measured, simulated).really_measured
+    assert not compare(simulated, simulated).really_measured
+    for name, said in (("run.nc", True), ("film.nc", False)):
+        app(["compare", str(tmp_path / name), str(tmp_path / "run.nc")])
+        assert ("the run taken as measured is a simulation itself" in capsys.readouterr().out) is said

@@ -61,7 +61,7 @@ def test_step_out_sinking_swimming_and_rolling_are_their_closed_forms():
 
 def test_swimming_speed_is_that_of_a_run():
     """A weightless device straight below a far, strong magnet swims along its axis as the mobility says."""
-    scenario = hm.load("paper/fig3c").replaced(
+    scenario = hm.load("nose-first/fig3c").replaced(
         {
             "device.weight": {"net_weight": "0 N", "gravity_center": "0 m"},
             "magnet.moment": "18.89e4 A m^2",
@@ -84,7 +84,7 @@ def test_swimming_speed_is_that_of_a_run():
 
 def test_roll_relaxes_as_the_orbits_fastest_floquet_rate():
     """It lies between the rates in the weakest and the strongest field: 44 per s of 41 to 83."""
-    scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    scenario = hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
     orbit = hm.find_orbit(scenario)
     fastest = max(abs(rate.real) for rate in orbit.rates)
     low, high = diagnose(scenario).roll_rates
@@ -162,7 +162,7 @@ def test_a_path_carries_the_device_with_its_own_speed_and_yaw():
 
 
 def test_sources_are_those_of_the_file():
-    found = diagnose(hm.load("paper/fig3c"))
+    found = diagnose(hm.load("nose-first/fig3c"))
     assert found.sources["fitted"] == [
         "device.helix.wire_radius",
         "device.head.radius",
@@ -173,8 +173,8 @@ def test_sources_are_those_of_the_file():
 
 
 def test_the_command_prints_what_was_found(helimag):
-    scenario = hm.load("paper/fig3c")
-    status, out, err = helimag("doctor", "paper/fig3c", "--json")
+    scenario = hm.load("nose-first/fig3c")
+    status, out, err = helimag("doctor", "nose-first/fig3c", "--json")
     assert (status, err) == (0, "")
     report = json.loads(out)
     assert report == json.loads(json.dumps(as_json(diagnose(scenario))))
@@ -182,8 +182,9 @@ def test_the_command_prints_what_was_found(helimag):
         "slenderness",
         "pitch_angle",
         "enclosing_body",
+        "boundary_drag",
     }
-    assert helimag("doctor", "paper/fig3c").out == as_text(diagnose(scenario)) + "\n"
+    assert helimag("doctor", "nose-first/fig3c").out == as_text(diagnose(scenario)) + "\n"
     status, _, err = helimag("doctor", "--set", "drive.pitch=1 deg")
     assert status == 2
     assert "--set needs a scenario" in err

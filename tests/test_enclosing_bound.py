@@ -18,7 +18,7 @@ HEADS = [
 
 
 def device_with(head):
-    return hm.load("paper/fig3c").device.model_copy(update={"head": head})
+    return hm.load("nose-first/fig3c").device.model_copy(update={"head": head})
 
 
 @pytest.mark.parametrize("head", HEADS)
@@ -41,14 +41,14 @@ def test_spheroid_holds_every_point_of_the_device(head):
 
 @pytest.mark.parametrize("head", HEADS)
 def test_the_head_alone_is_below_the_bound_in_every_motion(head):
-    fluid = hm.load("paper/fig3c").fluid
+    fluid = hm.load("nose-first/fig3c").fluid
     bound = enclosing_resistance(device_with(head), fluid)
     size = np.sqrt(np.outer(np.diag(bound), np.diag(bound)))
     assert np.linalg.eigvalsh((bound - head_resistance(head, fluid.viscosity)) / size).min() > 0.0
 
 
 def test_resistive_force_theory_of_the_presets_breaks_it():
-    scenario = hm.load("paper/fig3c")
+    scenario = hm.load("nose-first/fig3c")
     bound = enclosing_resistance(scenario.device, scenario.fluid)
     rft = hm.resistance(scenario.device, scenario.fluid)
     assert violates(rft, bound)

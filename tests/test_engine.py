@@ -195,7 +195,9 @@ def test_what_comes_out_does_not_depend_on_where_launches_end(monkeypatch):
 
 def test_a_long_run_is_stopped_at_once_keeps_what_it_has_and_goes_on_to_the_same_numbers():
     """Ten hours, given up after a moment: within half a second, and nothing of what was computed is lost."""
-    run = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz", "run.duration": "10 h", "run.interval": "1 s"})
+    run = hm.load("nose-first/fig3c").replaced(
+        {"drive.frequency": "2.5 Hz", "run.duration": "10 h", "run.interval": "1 s"}
+    )
     looks = advancing([run])
     with closing(looks):
         for underway in looks:
@@ -231,7 +233,7 @@ def test_going_on_gives_the_same_bits():
 
 def test_a_run_of_decades_can_be_stopped():
     """Its samples lie weeks apart: a launch is bounded by its steps, not by the time between samples."""
-    run = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz", "run.duration": "1e9 s"})
+    run = hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz", "run.duration": "1e9 s"})
     looks = advancing([run])
     with closing(looks):
         next(looks)

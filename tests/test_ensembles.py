@@ -8,7 +8,7 @@ from helimag.ensembles import ensembles
 from helimag.runs.shares import wilson
 from helimag.scenario import Normal, Uniform
 
-SHORT = load("paper/fig3c").replaced({"run.duration": "20 s"})
+SHORT = load("nose-first/fig3c").replaced({"run.duration": "20 s"})
 BOTH = Perturbation({"drive.pitch": Uniform(0.1, 0.3), "fluid.viscosity": Normal(1.0, 0.1)}, displacement=1e-5)
 
 

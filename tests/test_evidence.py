@@ -45,7 +45,7 @@ def settling(time=TIME):
 # --- how slow a scenario is
 
 
-@pytest.mark.parametrize("name", ["paper/fig3a", "paper/fig3c", "paper/table1-row1"])
+@pytest.mark.parametrize("name", ["nose-first/fig3a", "nose-first/fig3c", "nose-first/table1-row1"])
 def test_errors_of_height_grow_as_in_the_balance_of_pull_and_weight(name):
     """Velocity by height, W ((d / z)^4 - 1) over the drag of a level device, differentiated by numbers at z = d."""
     scenario = load(name)
@@ -64,9 +64,9 @@ def test_errors_of_height_grow_as_in_the_balance_of_pull_and_weight(name):
 
 
 def test_laps_are_those_of_the_yaw():
-    assert slow_times(load("paper/fig3c")).lap == pytest.approx(200.0)
-    assert slow_times(load("paper/fig3c").replaced({"drive.yaw_rate": "-3.6 deg/s"})).lap == pytest.approx(100.0)
-    assert slow_times(load("paper/table1-row1")).lap is None
+    assert slow_times(load("nose-first/fig3c")).lap == pytest.approx(200.0)
+    assert slow_times(load("nose-first/fig3c").replaced({"drive.yaw_rate": "-3.6 deg/s"})).lap == pytest.approx(100.0)
+    assert slow_times(load("nose-first/table1-row1")).lap is None
 
 
 def test_laps_on_a_path_are_those_of_its_usual_yaw():
@@ -76,13 +76,15 @@ def test_laps_on_a_path_are_those_of_its_usual_yaw():
         "time": ["0 s", "90 s", "95 s", "185 s"],
         "yaw": ["0 deg", "180 deg", "0 deg", "180 deg"],
     }
-    scenario = load("paper/fig3c").replaced({"drive.yaw_rate": "0 deg/s", "drive.path": path, "run.duration": "185 s"})
+    scenario = load("nose-first/fig3c").replaced(
+        {"drive.yaw_rate": "0 deg/s", "drive.path": path, "run.duration": "185 s"}
+    )
     assert slow_times(scenario).lap == pytest.approx(180.0)
 
 
 def test_a_weightless_device_is_as_slow_as_its_pull():
     """The force between antiparallel dipoles side by side is the gradient of their energy, here by differences."""
-    scenario = load("paper/fig3c").replaced({"device.weight.net_weight": "0 N", "drive.pitch": "0 deg"})
+    scenario = load("nose-first/fig3c").replaced({"device.weight.net_weight": "0 N", "drive.pitch": "0 deg"})
     here, there = scenario.device.magnetic_moment, scenario.magnet[0].dipole_moment
 
     def energy(z):
@@ -103,7 +105,7 @@ def test_the_slowest_decides():
 # --- runs that show too little
 
 
-@pytest.mark.parametrize("name", ["paper/fig3a", "paper/fig3b", "paper/fig3c"])
+@pytest.mark.parametrize("name", ["nose-first/fig3a", "nose-first/fig3b", "nose-first/fig3c"])
 @pytest.mark.parametrize("duration", ["5 s", "1 s", "120 s", 1e-9])
 def test_a_short_run_is_undecided(name, duration):
     judgement = simulate(load(name), duration=duration).judgement
@@ -112,20 +114,20 @@ def test_a_short_run_is_undecided(name, duration):
 
 
 def test_a_run_in_which_nothing_moves_is_undecided():
-    judgement = simulate(load("paper/fig3c").replaced({"fluid.viscosity": "1e6 Pa s"})).judgement
+    judgement = simulate(load("nose-first/fig3c").replaced({"fluid.viscosity": "1e6 Pa s"})).judgement
     assert (judgement.verdict, judgement.cause) == (Verdict.UNDECIDED, Reason.NOTHING_MOVES)
     assert "fluid.viscosity" in judgement.reason
 
 
 def test_a_run_far_out_of_the_magnets_reach_is_undecided():
     """It sinks by less than half a metre of the ninety that it would fall."""
-    judgement = simulate(load("paper/fig3c").replaced({"drive.distance": "90 m"})).judgement
+    judgement = simulate(load("nose-first/fig3c").replaced({"drive.distance": "90 m"})).judgement
     assert (judgement.verdict, judgement.cause) == (Verdict.UNDECIDED, Reason.TOO_SHORT)
 
 
 def test_fig3c_is_not_bounded_and_slower_spinning_is():
     """Fig. 3(C) is inside for 1800 s and pulled in at 2275 s; at 2.5 Hz a device comes to a stable orbit."""
-    base = load("paper/fig3c")
+    base = load("nose-first/fig3c")
     slower = base.replaced({"drive.frequency": "2.5 Hz"})
     longer = base.replaced({"run.duration": "3000 s"})
     published, bounded, later = (history.judge() for history in advance([base, slower, longer]))
@@ -136,16 +138,16 @@ def test_fig3c_is_not_bounded_and_slower_spinning_is():
 
 
 def test_a_stored_run_keeps_its_verdict(tmp_path):
-    run = simulate(load("paper/fig3c"), duration="5 s")
+    run = simulate(load("nose-first/fig3c"), duration="5 s")
     run.save(tmp_path / "run.nc")
     again = type(run).load(tmp_path / "run.nc")
-    assert again.heights.slow == slow_times(load("paper/fig3c"))
+    assert again.heights.slow == slow_times(load("nose-first/fig3c"))
     assert again.judgement.reason == run.judgement.reason
     assert again.verdict is Verdict.UNDECIDED
 
 
 def test_the_command_says_undecided():
-    status, out, _ = command_line.run("simulate", "paper/fig3c", "--duration", "5 s", "--no-orbit", "--json")
+    status, out, _ = command_line.run("simulate", "nose-first/fig3c", "--duration", "5 s", "--no-orbit", "--json")
     assert status == 0
     assert json.loads(out)["verdict"] == "undecided"
     assert "too short" in json.loads(out)["reason"]

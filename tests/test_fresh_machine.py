@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parent
-SAID = "helimag: compiling its kernels for this machine, once (about ten seconds) ...\n"
+SAID = "helimag: compiling a kernel for this machine and keeping it (about ten seconds) ...\n"
 
 # a sample of every command's refusals; {} is an empty folder but for what FILES says
 FILES = {

@@ -51,7 +51,7 @@ def test_turns_and_kuka_angles_agree_with_scipy():
 
 @pytest.mark.parametrize("handedness", ["left", "right"])
 def test_one_wire_is_resisted_drawn_and_seen(handedness):
-    device = load("paper/fig3c").replaced({"device.helix.handedness": handedness}).device
+    device = load("nose-first/fig3c").replaced({"device.helix.handedness": handedness}).device
     helix, head = device.helix, device.head
     chirality = {"left": 1.0, "right": -1.0}[handedness]
     seen, shown = Shape.of(device).wire(50), drawn(device)
@@ -92,7 +92,7 @@ CHANGES = {
 
 @pytest.mark.parametrize("kind", CHANGES)
 def test_the_magnet_is_where_the_kernels_have_it(kind):
-    scenario = load("paper/fig3c").replaced({"run.duration": 6.0, "run.interval": 0.05, **CHANGES[kind]})
+    scenario = load("nose-first/fig3c").replaced({"run.duration": 6.0, "run.interval": 0.05, **CHANGES[kind]})
     run = simulate(scenario).dataset
     poses = magnet_motion(scenario.drive)(run.time.values)
     spin = np.column_stack([0.0 * poses.spin, np.cos(poses.spin), np.sin(poses.spin)])
@@ -106,7 +106,7 @@ def test_the_magnet_is_where_the_kernels_have_it(kind):
 
 def test_pitch_lifts_the_magnet_and_swings_it_about_the_origin():
     """A positive pitch lifts the x axis, so the magnet above the origin swings towards -x (eq. 1)."""
-    scenario = load("paper/fig3c").replaced({"drive.start": (0.02, 0.01, 0.0), "drive.pitch": 0.3})
+    scenario = load("nose-first/fig3c").replaced({"drive.start": (0.02, 0.01, 0.0), "drive.pitch": 0.3})
     above = np.array([0.02, 0.01, scenario.drive.distance])
     swung = Rotation.from_euler("y", -0.3).apply(above)
     assert magnet_start(scenario.drive) == pytest.approx(swung, abs=EXACT)
@@ -118,7 +118,7 @@ def test_pitch_lifts_the_magnet_and_swings_it_about_the_origin():
 
 def test_a_turned_run_is_turned_back():
     """Comparing a run with itself turned about z finds the turn."""
-    scenario = load("paper/fig3c").replaced({"run.duration": 6.0, "run.interval": 0.05})
+    scenario = load("nose-first/fig3c").replaced({"run.duration": 6.0, "run.interval": 0.05})
     run = simulate(scenario)
     turned = run.dataset.copy(deep=True)
     turned["position"].values[:] = run.dataset["position"].values @ turn(2, 0.3).T

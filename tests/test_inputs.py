@@ -16,7 +16,7 @@ from helimag.scenario import Input, LogUniform, Normal, Parameters, Uniform, sca
 from helimag.sweeps import Axis, resolve
 
 PRESETS = {name: load(name) for name in preset_names()}
-SCENARIO = PRESETS["paper/fig3c"]
+SCENARIO = PRESETS["nose-first/fig3c"]
 PITCH = Axis(field="drive.pitch", values=("1 deg", "2 deg"))
 TWO_MAGNETS = SCENARIO.replaced(
     {"magnet": [{**SCENARIO.magnet[0].model_dump(), "offset": (0.0, y, 0.0)} for y in (0, 1e-2)]}
@@ -79,7 +79,7 @@ def test_speed_from_rest_is_along_x_in_a_sweep_an_orbit_and_a_vector():
     assert in_sweep.velocity == (2e-3, 0.0, 0.0)
     assert in_sweep == orbits.scenario_at(1, 1).drive
     assert in_sweep == Parameters.within(rest, {"drive.speed": (0.0, 1.0)}).scenario_at([2e-3]).drive
-    assert in_sweep == scenario_from("paper/fig3c", ["drive.yaw_rate=0 deg/s", "drive.speed=2 mm/s"]).drive
+    assert in_sweep == scenario_from("nose-first/fig3c", ["drive.yaw_rate=0 deg/s", "drive.speed=2 mm/s"]).drive
     assert in_sweep == resolve(Plan(base=rest, changes={"drive.speed": "2 mm/s"}, axis=[PITCH])).base.drive
     assert Input("drive.speed").value(rest) == 0.0
     assert Input("drive.speed").changed(rest, -1e-3).drive.velocity == (-1e-3, 0.0, 0.0)

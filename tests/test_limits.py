@@ -13,7 +13,7 @@ from helimag import InputError
 from helimag.sweeps import estimate, parse_plan, resolve
 from helimag.sweeps.run import sweep
 
-PLAN = 'base = "paper/fig3c"\nduration = "30 s"\nsamples = 20\n'
+PLAN = 'base = "nose-first/fig3c"\nduration = "30 s"\nsamples = 20\n'
 
 
 def refused(said, *parts):
@@ -43,7 +43,7 @@ def refused(said, *parts):
     ],
 )
 def test_a_scenario_beyond_sense_is_refused_with_the_reason(helimag, change, parts):
-    refused(helimag("simulate", "paper/fig3c", "--set", change), *parts)
+    refused(helimag("simulate", "nose-first/fig3c", "--set", change), *parts)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_a_zip_may_have_its_own_axis_name_or_any_other(tmp_path):
 
 
 def test_a_run_of_decades_is_stopped_by_ctrl_c():
-    words = ("simulate", "paper/fig3c", "--set", "drive.frequency=2.5 Hz", "--duration", "1e9 s", "--no-orbit")
+    words = ("simulate", "nose-first/fig3c", "--set", "drive.frequency=2.5 Hz", "--duration", "1e9 s", "--no-orbit")
     command = [sys.executable, "-m", "helimag", *words]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as under_way:
         time.sleep(8.0)  # imports and kernels from the cache

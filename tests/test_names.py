@@ -8,62 +8,62 @@ import helimag as hm
 from helimag.plots import _quantities
 from helimag.scenario import parse
 
-FIG3C = hm.load("paper/fig3c")
+FIG3C = hm.load("nose-first/fig3c")
 
 
 @pytest.mark.parametrize(
     ("changes", "title"),
     [
-        ({}, "paper/fig3c"),
-        ({"drive.pitch": "12.7 deg"}, "paper/fig3c"),
-        ({"provenance": {}, "magnet.moment_uncertainty": "1 A m^2"}, "paper/fig3c"),
-        ({"drive.pitch": "12 deg"}, "paper/fig3c, drive.pitch 12 deg"),
-        ({"run.duration": 5.0}, "paper/fig3c, run.duration 5 s"),
+        ({}, "nose-first/fig3c"),
+        ({"drive.pitch": "12.7 deg"}, "nose-first/fig3c"),
+        ({"provenance": {}, "magnet.moment_uncertainty": "1 A m^2"}, "nose-first/fig3c"),
+        ({"drive.pitch": "12 deg"}, "nose-first/fig3c, drive.pitch 12 deg"),
+        ({"run.duration": 5.0}, "nose-first/fig3c, run.duration 5 s"),
         (
             {"drive.frequency": "2.5 Hz", "magnet.moment": "19 A m^2"},
-            "paper/fig3c, magnet.moment 19 A m^2, drive.frequency 2.5 Hz",
+            "nose-first/fig3c, magnet.moment 19 A m^2, drive.frequency 2.5 Hz",
         ),
-        ({"drive.start": (1e-3, 0.0, 0.0)}, "paper/fig3c, drive.start (1 mm, 0 mm, 0 mm)"),
-        ({"workspace.floor": "-50 mm"}, "paper/fig3c, workspace.floor -50 mm"),
-        ({"device.helix.handedness": "right"}, "paper/fig3c, device.helix.handedness right"),
-        ({"drive.pitch": "1 deg", "drive.frequency": "2 Hz", "run.duration": "3 s"}, "paper/fig3c, 3 changes"),
-        ({"device.head": {"shape": "cylinder", "length": 1e-3, "diameter": 1e-3}}, "paper/fig3c, 4 changes"),
+        ({"drive.start": (1e-3, 0.0, 0.0)}, "nose-first/fig3c, drive.start (1 mm, 0 mm, 0 mm)"),
+        ({"workspace.floor": "-50 mm"}, "nose-first/fig3c, workspace.floor -50 mm"),
+        ({"device.helix.handedness": "right"}, "nose-first/fig3c, device.helix.handedness right"),
+        ({"drive.pitch": "1 deg", "drive.frequency": "2 Hz", "run.duration": "3 s"}, "nose-first/fig3c, 3 changes"),
+        ({"device.head": {"shape": "cylinder", "length": 1e-3, "diameter": 1e-3}}, "nose-first/fig3c, 4 changes"),
         ({"name": "mine", "drive.pitch": "1 deg"}, "mine"),
     ],
 )
 def test_a_changed_preset_says_what_was_changed(changes, title):
     changed = FIG3C.replaced(changes)
     assert changed.title == title
-    assert changed.name == changes.get("name", "paper/fig3c")
+    assert changed.name == changes.get("name", "nose-first/fig3c")
     assert parse(changed.to_toml()) == changed  # what it was changed from is no part of it
     assert parse(changed.to_toml()).title == title
     assert pickle.loads(pickle.dumps(changed)).title == title
-    assert (changed.hash == FIG3C.hash) == (title == "paper/fig3c")
+    assert (changed.hash == FIG3C.hash) == (title == "nose-first/fig3c")
 
 
 def test_changes_back_and_of_ones_own_scenario():
-    assert FIG3C.replaced({"drive.pitch": "15 deg"}).replaced({"drive.pitch": "12.7 deg"}).title == "paper/fig3c"
-    mine = parse(FIG3C.to_toml().replace('"paper/fig3c"', '"mine"'))
+    assert FIG3C.replaced({"drive.pitch": "15 deg"}).replaced({"drive.pitch": "12.7 deg"}).title == "nose-first/fig3c"
+    mine = parse(FIG3C.to_toml().replace('"nose-first/fig3c"', '"mine"'))
     assert mine.title == "mine"
     assert mine.replaced({"drive.pitch": "15 deg"}).title == "mine, drive.pitch 15 deg"
     edited = parse(FIG3C.to_toml().replace('"12.7 deg"', '"11 deg"'))
-    assert edited.title == "paper/fig3c, drive.pitch 11 deg"
-    assert edited.replaced({"run.duration": "9 s"}).title == "paper/fig3c, drive.pitch 11 deg, run.duration 9 s"
+    assert edited.title == "nose-first/fig3c, drive.pitch 11 deg"
+    assert edited.replaced({"run.duration": "9 s"}).title == "nose-first/fig3c, drive.pitch 11 deg, run.duration 9 s"
 
 
 def test_a_change_too_small_to_see_is_told_in_full():
     tiny = FIG3C.replaced({"drive.pitch": FIG3C.drive.pitch * (1.0 + 1e-12)})
-    assert tiny.title.startswith("paper/fig3c, drive.pitch 12.70000000001")
+    assert tiny.title.startswith("nose-first/fig3c, drive.pitch 12.70000000001")
 
 
 def test_runs_are_named_by_their_content_everywhere(helimag, tmp_path):
-    words = ("paper/fig3c", "--set", "drive.pitch=12 deg", "--duration", "2 s", "--no-orbit")
-    title = "paper/fig3c, drive.pitch 12 deg, run.duration 2 s"
+    words = ("nose-first/fig3c", "--set", "drive.pitch=12 deg", "--duration", "2 s", "--no-orbit")
+    title = "nose-first/fig3c, drive.pitch 12 deg, run.duration 2 s"
     assert helimag("simulate", *words, "-o", tmp_path / "a.nc").out.startswith(f"{title}: ")
     run = hm.Trajectory.load(tmp_path / "a.nc")
     assert run.dataset.attrs["name"] == title
     assert repr(run).startswith(f"<Trajectory {title}: ")
-    assert parse(run.scenario_toml).name == "paper/fig3c"
+    assert parse(run.scenario_toml).name == "nose-first/fig3c"
     shown = _quantities.shown(run)
     assert shown.name == title
     assert (
@@ -74,8 +74,8 @@ def test_runs_are_named_by_their_content_everywhere(helimag, tmp_path):
 def test_a_figure_states_the_inputs():
     from helimag.plots import draw_run
 
-    straight = hm.load("paper/table1-row1")
+    straight = hm.load("nose-first/table1-row1")
     figure = draw_run(hm.simulate(straight, duration=1.0))
     texts = [text.get_text() for text in figure.texts]
-    assert "paper/table1-row1, run.duration 1 s" in texts
+    assert "nose-first/table1-row1, run.duration 1 s" in texts
     assert any("pitch 13 deg, distance 102 mm, yaw rate 0 deg/s, speed 0.825 mm/s" in text for text in texts)

@@ -1,6 +1,7 @@
 """Orbits of the one-period map: known values, brute force, invariances, and what is refused."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ ONE = np.zeros(1, dtype=np.int64)
 
 @pytest.fixture(scope="module")
 def scenario() -> hm.Scenario:
-    return hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    return hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +54,7 @@ def test_heights_where_long_runs_settle(scenario: hm.Scenario, frequency: float,
 
 
 def test_no_stable_orbit_at_the_preset_itself() -> None:
-    assert not hm.find_orbit(hm.load("paper/fig3c")).stable
+    assert not hm.find_orbit(hm.load("nose-first/fig3c")).stable
 
 
 def test_orbit_repeats_in_the_adaptive_integrator(scenario: hm.Scenario, orbit: hm.Orbit) -> None:
@@ -152,7 +153,7 @@ def test_batch_gives_the_same_orbits_as_one_by_one(scenario: hm.Scenario, orbit:
 
 def test_straight_run_under_the_magnet_is_unstable() -> None:
     """Force rises as the gap shrinks, so that the vertical balance loses itself within tens of seconds at 102 mm."""
-    data = hm.load("paper/table1-row1").model_dump(mode="python")
+    data = hm.load("nose-first/table1-row1").model_dump(mode="python")
     straight = hm.Scenario.model_validate(data | {"workspace": {}})
     found = hm.find_orbit(straight)
     assert found.found
@@ -236,3 +237,22 @@ def test_searches_from_far_away_arrive(scenario: hm.Scenario) -> None:
     starts = on_grid(problem, 0, *default_box(scenario, problem.arm[0]), (3, 3, 5))
     assert len(starts) > 15
     assert solve(problem, np.zeros(len(starts), dtype=np.int64), starts).converged.mean() > 0.36
+
+
+@pytest.mark.parametrize(
+    ("place", "side"),
+    [
+        ((0.0, 0.0, 0.0), "below"),
+        ((0.09, 0.0, 0.0), "below"),
+        ((0.11, 0.0, 0.0), "beside"),
+        ((0.0, -0.08, 0.159), "beside"),
+        ((0.01, 0.0, 0.16), "above"),
+    ],
+)
+def test_an_orbit_says_on_which_side_of_the_magnet_it_is(place, side):
+    """The magnet of Table I, row 1 is 102 mm straight above the device's start."""
+    scenario = hm.load("nose-first/table1-row1")
+    orbit = hm.Orbit(scenario=scenario, status=OrbitStatus.FOUND, state=np.array([*place, 1.0, 0.0, 0.0, 0.0]))
+    assert orbit.side == side
+    named = replace(orbit, rates=np.full(6, -1.0 + 0j), multipliers=np.full(6, 0.5 + 0j))
+    assert (f"{side.upper()} the magnet, not below it" in named.text) is (side != "below")

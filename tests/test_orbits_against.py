@@ -21,7 +21,7 @@ from helimag.outcomes import End, Verdict
 from helimag.sweeps import Nodes, nodes_of
 
 PLAN = """
-base = "paper/fig3c"
+base = "nose-first/fig3c"
 duration = "1800 s"
 [[axis]]
 field = "drive.pitch"
@@ -41,7 +41,7 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_spread_over_three_inputs_finds_what_is_found_one_by_one() -> None:
-    base = hm.load("paper/fig3c")
+    base = hm.load("nose-first/fig3c")
     values = {
         "drive.frequency": [2.2, 2.5, 2.8],
         "drive.pitch": [math.radians(p) for p in (8.0, 11.0, 14.0)],
@@ -65,7 +65,7 @@ def test_spread_over_three_inputs_finds_what_is_found_one_by_one() -> None:
 
 def test_seeds_are_sought_on_a_grid_of_starts_where_runs_lead_to_none() -> None:
     """At 3.3 Hz and 8 degrees a run from the usual start leaves, though there is a stable orbit."""
-    scenario = hm.load("paper/fig3c").replaced({"drive.pitch": "8 deg"})
+    scenario = hm.load("nose-first/fig3c").replaced({"drive.pitch": "8 deg"})
     found = OrbitGrid(lambda _: scenario, (1,), length=0.15)
     found.seek((0,), Watch())
     assert not found.stable.any()
@@ -74,7 +74,7 @@ def test_seeds_are_sought_on_a_grid_of_starts_where_runs_lead_to_none() -> None:
 
 
 def test_survey_finds_the_stable_stretch_that_the_scenario_is_not_in() -> None:
-    scenario = hm.load("paper/fig3c")
+    scenario = hm.load("nose-first/fig3c")
     assert not hm.find_orbit(scenario).stable
     (branch,) = survey(scenario, "drive.pitch", math.radians(6.5), math.radians(13.0))
     (part,) = stable_segments(branch)
@@ -101,7 +101,7 @@ def test_nodes_of_a_sweep_are_the_scenarios_that_were_run(store: Path) -> None:
 
 def test_nodes_need_a_grid(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(
-        'base = "paper/fig3c"\nduration = "10 s"\nsample = { method = "sobol", count = 4 }\n'
+        'base = "nose-first/fig3c"\nduration = "10 s"\nsample = { method = "sobol", count = 4 }\n'
         '[[axis]]\nfield = "drive.pitch"\nstart = "4 deg"\nstop = "8 deg"\n'
     )
     dataset = hm.sweep(tmp_path / "plan.toml", out=tmp_path / "runs.zarr")
@@ -175,7 +175,7 @@ def test_the_command_prints_draws_and_reports(helimag: Callable[..., Said], stor
 
 
 def a_case_of(*plan: str, folder: Path) -> tuple[Nodes, OrbitComparison]:
-    (folder / "plan.toml").write_text('base = "paper/fig3c"\nduration = "60 s"\n' + "\n".join(plan))
+    (folder / "plan.toml").write_text('base = "nose-first/fig3c"\nduration = "60 s"\n' + "\n".join(plan))
     nodes = nodes_of(hm.sweep(folder / "plan.toml", out=folder / "runs.zarr"))
     return nodes, compare_with_orbits(nodes.scenario_at, nodes.verdicts)
 
@@ -238,7 +238,7 @@ def test_a_run_whose_numbers_break_down_is_named(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(
         against, "advance", lambda *args, **given: [replace(h, status=broken) for h in advance(*args, **given)]
     )
-    one = hm.load("paper/fig3c").replaced({"run.duration": 5.0})
+    one = hm.load("nose-first/fig3c").replaced({"run.duration": 5.0})
     result = compare_with_orbits(lambda _: one, np.array(["bounded"]))
     (case,) = result.cases
     assert case.later is None
@@ -248,7 +248,7 @@ def test_a_run_whose_numbers_break_down_is_named(monkeypatch: pytest.MonkeyPatch
 
 def test_walls_end_no_straight_run_beside_its_orbit() -> None:
     """A tank's end says nothing about the orbit, wherever it is; a wall that a device goes round into does."""
-    base = hm.load("paper/fig3c").replaced({"workspace.walls.x": ["-9 mm", "9 mm"], "workspace.floor": "-1 m"})
+    base = hm.load("nose-first/fig3c").replaced({"workspace.walls.x": ["-9 mm", "9 mm"], "workspace.floor": "-1 m"})
     along = base.replaced({"drive.yaw_rate": 0.0, "drive.velocity": (1e-3, 0.0, 0.0)})
     rising = base.replaced({"drive.velocity": (0.0, 0.0, 1e-6)})
     assert open_water(base) == base

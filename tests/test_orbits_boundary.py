@@ -26,7 +26,7 @@ SPANS = np.ptp(PITCHES), np.ptp(FREQUENCIES)
 
 @pytest.fixture(scope="module")
 def base() -> hm.Scenario:
-    return hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    return hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from helimag.orbits.averaged import paths
 
 @pytest.fixture(scope="module")
 def orbit() -> hm.Orbit:
-    return hm.find_orbit(hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
+    return hm.find_orbit(hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
 
 
 def test_a_box_lies_around_its_orbit(orbit: hm.Orbit) -> None:

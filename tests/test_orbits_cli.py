@@ -8,7 +8,7 @@ import command_line
 from helimag.design import candidates, full_runs, robust_inputs
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
-SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]
+SCENARIO = ["nose-first/fig3c", "--set", "drive.frequency=2.5 Hz"]
 
 
 def run(_monkeypatch, _capsys, *words):
@@ -40,15 +40,18 @@ def test_branch_is_printed_and_drawn(monkeypatch, capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["orbit", "paper/fig3c", "--vary", "drive.pitch"], "--from and --to"),
-        (["orbit", "paper/fig3c", "--from", "8 deg"], "--vary"),
-        (["orbit", "paper/fig3c", "-o", "x.png"], "--vary"),
-        (["orbit", "paper/fig3c", "--all", "--vary", "drive.pitch", "--from", "8 deg", "--to", "9 deg"], "--all lists"),
+        (["orbit", "nose-first/fig3c", "--vary", "drive.pitch"], "--from and --to"),
+        (["orbit", "nose-first/fig3c", "--from", "8 deg"], "--vary"),
+        (["orbit", "nose-first/fig3c", "-o", "x.png"], "--vary"),
+        (
+            ["orbit", "nose-first/fig3c", "--all", "--vary", "drive.pitch", "--from", "8 deg", "--to", "9 deg"],
+            "--all lists",
+        ),
         (["orbit", *SCENARIO, "--vary", "drive.pitch", "--from", "-1 mm", "--to", "9 deg"], "must be an angle"),
         (["orbit", *SCENARIO, "--vary", "drive.pith", "--from", "8 deg", "--to", "9 deg"], "not a field"),
-        (["orbit", "paper/fig3c", "--set", 'drive.velocity=["1 mm/s","0 m/s","0 m/s"]'], "drive.yaw_rate"),
-        (["design", "paper/fig3c", "--limit", "drive.pitch"], "--limit must be"),
-        (["design", "paper/fig3c", "--speed", "3 mm"], "velocity"),
+        (["orbit", "nose-first/fig3c", "--set", 'drive.velocity=["1 mm/s","0 m/s","0 m/s"]'], "drive.yaw_rate"),
+        (["design", "nose-first/fig3c", "--limit", "drive.pitch"], "--limit must be"),
+        (["design", "nose-first/fig3c", "--speed", "3 mm"], "velocity"),
     ],
 )
 def test_bad_input_is_one_line(monkeypatch, capsys, words, said):
@@ -78,7 +81,7 @@ def test_all_orbits_are_listed(monkeypatch, capsys):
     status, out, _ = run(monkeypatch, capsys, "orbit", *SCENARIO, "--all")
     assert status == 0
     first, *lines = out.splitlines()
-    assert first == f"paper/fig3c, drive.frequency 2.5 Hz: {len(lines)} orbits found"
+    assert first == f"nose-first/fig3c, drive.frequency 2.5 Hz: {len(lines)} orbits found"
     assert len(lines) > 1
     assert "(-7.58, -12.77, -11.92) mm" in lines[0]
     assert ["unstable" in line for line in lines] == [False] + [True] * (len(lines) - 1)
@@ -98,7 +101,7 @@ def test_a_straight_run_has_no_circle(monkeypatch, capsys):
 
 
 def test_no_orbit_has_a_reason_in_the_list_too(monkeypatch, capsys):
-    status, out, _ = run(monkeypatch, capsys, "orbit", "paper/table1-row1", "--all")
+    status, out, _ = run(monkeypatch, capsys, "orbit", "nose-first/table1-row1", "--all")
     assert status == 0
     assert "0 orbits" in out
     assert "wall-limited" in out
@@ -106,7 +109,7 @@ def test_no_orbit_has_a_reason_in_the_list_too(monkeypatch, capsys):
 
 def test_options_are_named_where_their_quantity_is_wrong(monkeypatch, capsys):
     for words, option in ((["design", "--speed", "1 mm"], "--speed"), (["orbit", "flow", "--box", "abc"], "--box")):
-        status, _, err = run(monkeypatch, capsys, *words[:-2], "paper/fig3c", *words[-2:])
+        status, _, err = run(monkeypatch, capsys, *words[:-2], "nose-first/fig3c", *words[-2:])
         assert (status, err.count("\n")) == (2, 1)
         assert f"{option} must be" in err
 

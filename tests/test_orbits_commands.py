@@ -32,7 +32,7 @@ from helimag.orbits import (
 from helimag.orbits.averaged import SlowFlow, attraction
 
 pytestmark = pytest.mark.filterwarnings("ignore:Cyclopts application invoked without tokens")  # as from a shell
-SCENARIO = ["paper/fig3c", "--set", "drive.frequency=2.5 Hz"]
+SCENARIO = ["nose-first/fig3c", "--set", "drive.frequency=2.5 Hz"]
 RANGES = ["--vary", "drive.pitch=11 deg..17 deg", "--vary", "drive.frequency=2.4 Hz..2.6 Hz"]
 REACH = 0.036
 
@@ -44,7 +44,7 @@ def run(helimag):
 
 @pytest.fixture(scope="module")
 def orbit() -> hm.Orbit:
-    return hm.find_orbit(hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
+    return hm.find_orbit(hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_orbit_alone_still_works_and_writes_data(run, tmp_path):
 
 def test_a_scenario_named_like_a_command_is_given_with_its_folder(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("map").write_text(hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"}).to_toml())
+    Path("map").write_text(hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"}).to_toml())
     status, out, _ = run("orbit", "./map", "--json")
     assert status == 0
     assert json.loads(out)["stable"]
@@ -141,7 +141,7 @@ def test_map_in_words(run):
 
 def test_curves_of_a_boundary_go_into_the_file(tmp_path):
     """Point by point, each with the number of its curve."""
-    scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    scenario = hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
     result = stability_map(scenario, ("drive.pitch", [0.2, 0.22]), ("drive.frequency", [2.4, 2.6]))
     curves = [
         SimpleNamespace(
@@ -355,35 +355,35 @@ def test_nothing_slow_where_the_device_is_drawn_in(orbit: hm.Orbit) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["map", "paper/fig3c", "--vary", "drive.pitch=4 deg..20 deg"], "--vary must be given twice"),
+        (["map", "nose-first/fig3c", "--vary", "drive.pitch=4 deg..20 deg"], "--vary must be given twice"),
         (
-            ["map", "paper/fig3c", "--vary", "drive.pitch=4 deg..5 deg", "--vary", "drive.pitch=4 deg..5 deg"],
+            ["map", "nose-first/fig3c", "--vary", "drive.pitch=4 deg..5 deg", "--vary", "drive.pitch=4 deg..5 deg"],
             "two diff",
         ),
-        (["map", "paper/fig3c", "--vary", "drive.pitch=20 deg..4 deg", RANGES[2], RANGES[3]], "from low to high"),
-        (["map", "paper/fig3c", "--vary", "drive.pitch=4 deg", RANGES[2], RANGES[3]], "--vary must be an input"),
+        (["map", "nose-first/fig3c", "--vary", "drive.pitch=20 deg..4 deg", RANGES[2], RANGES[3]], "from low to high"),
+        (["map", "nose-first/fig3c", "--vary", "drive.pitch=4 deg", RANGES[2], RANGES[3]], "--vary must be an input"),
         (
-            ["map", "paper/fig3c", "--vary", "drive.pitch=4 mm..5 mm", RANGES[2], RANGES[3]],
+            ["map", "nose-first/fig3c", "--vary", "drive.pitch=4 mm..5 mm", RANGES[2], RANGES[3]],
             "drive.pitch must be an angle",
         ),
-        (["map", "paper/fig3c", "--vary", "drive.pitch=nan deg..5 deg", RANGES[2], RANGES[3]], "nan"),
-        (["map", "paper/fig3c", "--vary", "drive.pith=4 deg..5 deg", RANGES[2], RANGES[3]], "not a field"),
-        (["map", "paper/fig3c", *RANGES, "--nodes", "1"], "--nodes must be at least 2; got 1"),
-        (["map", "paper/fig3c", *RANGES, "-o", "map.txt"], "--output must end in"),
-        (["map", "paper/fig3c", *RANGES, "-o", "nowhere/map.nc"], "nowhere"),
+        (["map", "nose-first/fig3c", "--vary", "drive.pitch=nan deg..5 deg", RANGES[2], RANGES[3]], "nan"),
+        (["map", "nose-first/fig3c", "--vary", "drive.pith=4 deg..5 deg", RANGES[2], RANGES[3]], "not a field"),
+        (["map", "nose-first/fig3c", *RANGES, "--nodes", "1"], "--nodes must be at least 2; got 1"),
+        (["map", "nose-first/fig3c", *RANGES, "-o", "map.txt"], "--output must end in"),
+        (["map", "nose-first/fig3c", *RANGES, "-o", "nowhere/map.nc"], "nowhere"),
         (["map", "nowhere.toml", *RANGES], "nowhere.toml"),
-        (["flow", "paper/fig3c", "--nodes", "3"], "--nodes must be at least 4; got 3"),
-        (["flow", "paper/fig3c", "--box", "40 deg"], "a length"),
-        (["flow", "paper/fig3c", "--box", "-40 mm"], "farther than nothing"),
-        (["flow", "paper/fig3c", "--box", "1 mm..2 mm"], "three ranges"),
-        (["flow", "paper/fig3c", "--box", "1 mm..2 mm, 2 mm..1 mm, 0 mm..1 mm"], "from low to high"),
-        (["flow", "paper/fig3c", "-o", "flow.nc", "-o", "flow.txt"], "--output must end in"),
-        (["basin", "paper/fig3c", "--nodes", "1"], "--nodes must be at least 2; got 1"),
-        (["basin", "paper/fig3c", "--engine", "exact"], "engine"),
-        (["basin", "paper/fig3c", "--duration", "0 s"], "--duration must be positive"),
-        (["basin", "paper/fig3c", "--duration", "3 mm"], "a time"),
-        (["basin", "paper/fig3c", "--check", "0"], "--check must be at least 1"),
-        (["basin", "paper/fig3c", "-o", "."], "--output must end in"),
+        (["flow", "nose-first/fig3c", "--nodes", "3"], "--nodes must be at least 4; got 3"),
+        (["flow", "nose-first/fig3c", "--box", "40 deg"], "a length"),
+        (["flow", "nose-first/fig3c", "--box", "-40 mm"], "farther than nothing"),
+        (["flow", "nose-first/fig3c", "--box", "1 mm..2 mm"], "three ranges"),
+        (["flow", "nose-first/fig3c", "--box", "1 mm..2 mm, 2 mm..1 mm, 0 mm..1 mm"], "from low to high"),
+        (["flow", "nose-first/fig3c", "-o", "flow.nc", "-o", "flow.txt"], "--output must end in"),
+        (["basin", "nose-first/fig3c", "--nodes", "1"], "--nodes must be at least 2; got 1"),
+        (["basin", "nose-first/fig3c", "--engine", "exact"], "engine"),
+        (["basin", "nose-first/fig3c", "--duration", "0 s"], "--duration must be positive"),
+        (["basin", "nose-first/fig3c", "--duration", "3 mm"], "a time"),
+        (["basin", "nose-first/fig3c", "--check", "0"], "--check must be at least 1"),
+        (["basin", "nose-first/fig3c", "-o", "."], "--output must end in"),
     ],
 )
 def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path, monkeypatch, words, said):
@@ -395,8 +395,8 @@ def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path, monkeypatch, wo
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["flow", "paper/fig3c", "--set", "drive.distance=1 m"], "no orbit that this could be around: lost step"),
-        (["basin", "paper/fig3a", "--engine", "averaged"], "needs a stable orbit"),
+        (["flow", "nose-first/fig3c", "--set", "drive.distance=1 m"], "no orbit that this could be around: lost step"),
+        (["basin", "nose-first/fig3a", "--engine", "averaged"], "needs a stable orbit"),
     ],
 )
 def test_a_scenario_without_the_orbit_is_one_line_and_writes_nothing(run, tmp_path, monkeypatch, words, said):

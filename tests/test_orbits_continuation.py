@@ -12,7 +12,7 @@ from helimag.scenario import Input
 
 @pytest.fixture(scope="module")
 def scenario() -> hm.Scenario:
-    return hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    return hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
 
 
 @pytest.fixture(scope="module")

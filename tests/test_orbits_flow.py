@@ -8,6 +8,7 @@ import pytest
 
 import helimag as hm
 from helimag.design import candidates, design, full_runs, robust_inputs
+from helimag.engine import start_state
 from helimag.orbits import (
     averaged_rates,
     averaging_error,
@@ -21,7 +22,7 @@ from helimag.outcomes import BasinEnd, End, Verdict
 
 @pytest.fixture(scope="module")
 def orbit() -> hm.Orbit:
-    return hm.find_orbit(hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
+    return hm.find_orbit(hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
 
 
 def flow_of(orbit: hm.Orbit, stages: int) -> SlowFlow:
@@ -84,7 +85,7 @@ def test_design_meets_the_wish_and_its_runs_stay(monkeypatch: pytest.MonkeyPatch
         (full_runs, "LONGEST_RUN", 3000.0),
     ):
         monkeypatch.setattr(module, name, value)
-    scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    scenario = hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
     limits = {"drive.frequency": (2.0, 3.2), "drive.pitch": (math.radians(6.0), math.radians(16.0))}
     result = design(scenario, speed=4.5e-4, limits=limits, runs=6)
     assert result.orbit.stable
@@ -99,7 +100,7 @@ def test_design_meets_the_wish_and_its_runs_stay(monkeypatch: pytest.MonkeyPatch
 
 
 def test_design_refuses_what_cannot_be() -> None:
-    scenario = hm.load("paper/fig3c")
+    scenario = hm.load("nose-first/fig3c")
     with pytest.raises(hm.InputError, match="more inputs"):
         design(scenario, speed=1e-3, limits={"drive.pitch": (0.1, 0.2)})
     with pytest.raises(hm.InputError, match="lower and a higher"):
@@ -110,6 +111,29 @@ def test_a_basin_needs_runs_that_can_tell(orbit: hm.Orbit) -> None:
     low, high = orbit.position - 0.003, orbit.position + 0.003
     with pytest.raises(hm.InputError, match="12 turns"):
         basin(orbit, low=low, high=high, shape=(2, 2, 2), duration=2.0)
+
+
+def test_a_real_release_may_fall_where_a_settled_attitude_is_captured(orbit: hm.Orbit) -> None:
+    """Starts of both kinds against runs in the lab, from the place and the attitude that ``simulate`` begins with."""
+    half = 0.36 * orbit.scenario.drive.distance
+    box = {"low": orbit.position - half, "high": orbit.position + half, "shape": (2, 2, 2), "duration": 1800.0}
+    settled, released = (basin(orbit, **box, attitude=attitude) for attitude in ("settled", "released"))
+    begun = np.concatenate([released.places, np.tile(start_state(orbit.scenario)[3:], (8, 1))], axis=1)
+    lasting = orbit.scenario.replaced({"run.duration": 3600.0})
+    runs = hm.simulate_many([lasting] * 8, initial_states=begun)
+    assert [run.verdict.inside for run in runs] == released.captured.tolist()
+    assert (settled.captured & ~released.captured).any()
+    assert "let go as simulate lets go" in released.text
+    assert "attitude that it settles to" in settled.text
+    assert basin_dataset(released).attrs["attitude"] == "released"
+
+
+def test_the_averaged_model_knows_settled_attitudes_only(orbit: hm.Orbit, flow: SlowFlow) -> None:
+    low, high = orbit.position - 0.004, orbit.position + 0.004
+    with pytest.raises(hm.InputError, match="attitude must be settled by the averaged model"):
+        basin(orbit, low=low, high=high, flow=flow, attitude="released")
+    with pytest.raises(hm.InputError, match="attitude must be settled or released; got 'level'"):
+        basin(orbit, low=low, high=high, attitude="level")  # type: ignore[arg-type]
 
 
 def test_a_start_whose_run_breaks_down_meets_no_wall(orbit: hm.Orbit, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,13 +16,13 @@ from helimag.outcomes import Verdict
 
 @pytest.fixture(scope="module")
 def orbit() -> hm.Orbit:
-    return hm.find_orbit(hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
+    return hm.find_orbit(hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
 
 
 @pytest.fixture(scope="module")
 def swing() -> hm.Scenario:
     """One whose only orbit repels: a random one of the brute-force benchmark."""
-    return hm.load("paper/fig3c").replaced(
+    return hm.load("nose-first/fig3c").replaced(
         {
             "drive.frequency": 3.6618,
             "drive.pitch": "7.848 deg",
@@ -46,8 +46,8 @@ def test_outlook_of_runs_that_come_to_a_stable_orbit(orbit: hm.Orbit) -> None:
 
 
 def test_outlook_of_runs_that_leave_is_what_a_longer_run_shows() -> None:
-    scenario = hm.load("paper/fig3c")
-    assert explain(hm.simulate(hm.load("paper/fig3a"))).future is Future.GONE
+    scenario = hm.load("nose-first/fig3c")
+    assert explain(hm.simulate(hm.load("nose-first/fig3a"))).future is Future.GONE
     later = explain(hm.simulate(scenario))
     assert later.future is Future.LEAVES
     whole = hm.simulate(scenario, duration=4000.0)
@@ -58,7 +58,7 @@ def test_outlook_of_runs_that_leave_is_what_a_longer_run_shows() -> None:
 
 
 def test_outlook_of_an_arm_that_turns_and_moves_is_not_known() -> None:
-    scenario = hm.load("paper/fig3c").replaced({"drive.velocity": ["0.1 mm/s", "0 mm/s", "0 mm/s"]})
+    scenario = hm.load("nose-first/fig3c").replaced({"drive.velocity": ["0.1 mm/s", "0 mm/s", "0 mm/s"]})
     outlook = explain(hm.simulate(scenario, duration=10.0))
     assert outlook.future is Future.UNKNOWN
     assert "must not both act" in outlook.text
@@ -128,7 +128,7 @@ def test_a_run_beside_a_stable_orbit_may_still_leave(orbit: hm.Orbit, monkeypatc
 
 
 def test_a_moment_of_a_run_is_taken_on_as_far_as_a_long_one() -> None:
-    outlook = explain(hm.simulate(hm.load("paper/fig3c"), duration=0.1))
+    outlook = explain(hm.simulate(hm.load("nose-first/fig3c"), duration=0.1))
     assert "inside for 0.1 s" in outlook.text
     assert outlook.future is Future.LEAVES
     after = float(outlook.text.split("after another ")[1].split(" s")[0])

@@ -19,7 +19,7 @@ PITCH = Axis(field="drive.pitch", start="4 deg", stop="16 deg", count=3)
 
 @pytest.fixture(scope="module")
 def scenario() -> hm.Scenario:
-    return hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+    return hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def test_a_stability_map_shows_curves_in_the_units_of_its_axes(scenario: hm.Scen
 
 
 def a_sweep(folder: Path, *axes: Axis) -> object:
-    plan = Plan(base="paper/fig3c", duration="4 s", samples=20, axis=axes)
+    plan = Plan(base="nose-first/fig3c", duration="4 s", samples=20, axis=axes)
     data = hm.sweep(plan, out=folder / "s.zarr").load()
     data["verdict"].values[:] = Verdict.FELL.flag
     return data

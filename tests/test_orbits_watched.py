@@ -28,7 +28,7 @@ class StopSearch(Exception):
 
 @pytest.fixture(scope="module")
 def orbit() -> hm.Orbit:
-    return hm.find_orbit(hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
+    return hm.find_orbit(hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"}))
 
 
 def mapped(scenario: hm.Scenario, nodes: int, progress: Report | None = None) -> orbits.StabilityMap:
@@ -87,7 +87,7 @@ SCRIPT = """
 import threading, time
 import helimag as hm
 from helimag.orbits import list_orbits
-scenario = hm.load("paper/fig3c").replaced({"drive.frequency": "2.5 Hz"})
+scenario = hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
 hm.find_orbit(scenario)  # with kernels compiled
 print("under way", flush=True)
 try:

@@ -126,7 +126,7 @@ def test_a_new_outcome_is_one_line(tmp_path):
     """A verdict, its reason and an end in a basin, added to the vocabulary alone: all who use it know them."""
     axes = (("drive.pitch", "4 deg", "16 deg", 9), ("drive.frequency", "2 Hz", "3 Hz", 3))
     (tmp_path / "plan.toml").write_text(
-        'base = "paper/fig3c"\nduration = "1 s"\nsamples = 20\n'
+        'base = "nose-first/fig3c"\nduration = "1 s"\nsamples = 20\n'
         + "".join(f'[[axis]]\nfield = "{f}"\nstart = "{a}"\nstop = "{b}"\ncount = {n}\n' for f, a, b, n in axes)
     )
     script = Path(__file__).with_name("new_outcome.py")

@@ -19,7 +19,7 @@ MAGIC = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
 
 @pytest.fixture(scope="module")
 def run():
-    return hm.simulate(hm.load("paper/fig3c"), duration=60.0, interval=0.5)
+    return hm.simulate(hm.load("nose-first/fig3c"), duration=60.0, interval=0.5)
 
 
 @pytest.fixture(scope="module")
@@ -192,7 +192,7 @@ def test_film_with_another_suffix_is_refused(run, tmp_path):
 
 
 def test_film_shows_the_magnet_as_under_a_stroboscope():
-    fine = hm.simulate(hm.load("paper/fig3c"), duration=120.0, interval=0.04)
+    fine = hm.simulate(hm.load("nose-first/fig3c"), duration=120.0, interval=0.04)
     shown = _quantities.shown(fine)
     chosen = _film.chosen_samples(shown, 300)
     assert _film.strobed(shown)
@@ -206,7 +206,7 @@ def test_film_shows_the_magnet_as_under_a_stroboscope():
 
 
 def test_short_run_fills_the_film_by_holding_samples():
-    brief = _quantities.shown(hm.simulate(hm.load("paper/fig3c"), duration=1.0, interval=0.1))
+    brief = _quantities.shown(hm.simulate(hm.load("nose-first/fig3c"), duration=1.0, interval=0.1))
     chosen = _film.chosen_samples(brief, 300)
     assert chosen.size == 300
     assert set(chosen) == set(range(11))
@@ -214,7 +214,7 @@ def test_short_run_fills_the_film_by_holding_samples():
 
 
 def test_shapes_have_the_sizes_and_turns_of_the_scenario():
-    scenario = hm.load("paper/fig3c")
+    scenario = hm.load("nose-first/fig3c")
     line = _shapes.helix_line(scenario.device)
     helix = scenario.device.helix
     np.testing.assert_allclose(np.hypot(line[:, 1], line[:, 2]), helix.outer_diameter / 2.0 - helix.wire_radius)

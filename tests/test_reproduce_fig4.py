@@ -7,7 +7,7 @@ import pytest
 
 from helimag import quantities as q
 from helimag.outcomes import Verdict
-from helimag.reproduce._fig4 import Fig4Input, fig4, trends
+from helimag.reproduce._fig4 import Fig4Input, fig4, stays, trends
 from helimag.sweeps import load_sweep
 
 INPUTS = (
@@ -40,7 +40,7 @@ def test_each_pass_starts_from_the_values_of_least_gain_before_it(made):
             values, gain, flags = (
                 np.concatenate([store[key].values for store in stores]) for key in (name, "gain", "verdict")
             )
-            gain = np.where(flags == Verdict.BOUNDED, gain, np.inf)
+            gain = np.where(stays(gain, flags), gain, np.inf)
             assert np.isfinite(gain.min())
             held[name] = values[gain.argmin()]
             (row,) = [row for row in result.rows if row["frequency_hz"] == frequency and row["input"] == name]
@@ -51,7 +51,7 @@ def test_each_pass_starts_from_the_values_of_least_gain_before_it(made):
 def test_the_fine_pass_lies_around_the_bounded_set(made):
     folder, _ = made
     wide, fine = (load_sweep(folder / "fig4-sweeps" / f"2.5Hz-pitch-{part}.zarr") for part in ("wide", "fine"))
-    inside = wide["pitch"].values[wide["verdict"].values == Verdict.BOUNDED]
+    inside = wide["pitch"].values[stays(wide["gain"].values, wide["verdict"].values)]
     step = np.radians(3.0)
     low, high = max(inside.min() - step, np.radians(8.0)), min(inside.max() + step, np.radians(17.0))
     assert (fine["pitch"].values[0], fine["pitch"].values[-1]) == pytest.approx((low, high), rel=1e-9)
@@ -83,3 +83,27 @@ def test_trends_are_read_from_the_rows():
         "the least gain rises": True,
         "the least bounded yaw rate rises": False,
     }
+
+
+def test_bounded_is_what_the_paper_calls_so():
+    flags = np.array([verdict.flag for verdict in Verdict])
+    inside = {
+        str(verdict) for verdict, kept in zip(Verdict, stays(np.full(flags.size, 0.9), flags), strict=True) if kept
+    }
+    assert inside == {"bounded", "drifting", "undecided"}
+    assert not stays(np.full(flags.size, 1.1), flags).any()
+
+
+def test_a_trend_is_told_by_ranks_and_one_small_step_back_does_not_break_it():
+    def rows(numbers):
+        keys = ("frequency_hz", "input", "bounded_to", "bounded_extent", "least_gain")
+        return [dict(zip(keys, (f, "pitch", x, x, 0.1), strict=True)) for f, x in enumerate(numbers, 2)]
+
+    def told(numbers):
+        return next(trend for trend in trends(rows(numbers)) if trend["published"].startswith("the bounded pitch"))
+
+    wavy = told([6.0, 5.0, 3.0, 4.0, 2.0, 1.0])
+    assert (wavy["holds"], wavy["at_every_step"]) == (True, False)
+    assert wavy["rank_correlation"] == pytest.approx(1.0 - 6.0 * 2.0 / (6.0 * 35.0) - 2.0 + 12.0 * 2.0 / (6.0 * 35.0))
+    assert not told([1.0, 5.0, 3.0, 4.0, 2.0, 1.5])["holds"]
+    assert not told([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])["holds"]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from helimag.engine import simulate
-from helimag.errors import InputError
+from helimag.errors import InputError, NotFeasible
 from helimag.geometry import turn
 from helimag.orbits import Outlook
 from helimag.outcomes import Future
@@ -34,12 +34,12 @@ from helimag.robot.programme import programme_texts
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load, parse
 
-CELL = load_cell()
+CELL = load_cell("wide")
 
 
 @cache
 def straight():
-    return plan(load("paper/table1-row1"), CELL)
+    return plan(load("nose-first/table1-row1"), CELL)
 
 
 @cache
@@ -49,7 +49,7 @@ def straight_run():
 
 @cache
 def circle():
-    return plan(load("paper/fig3c").replaced({"run.duration": "240 s"}), CELL)
+    return plan(load("nose-first/fig3c").replaced({"run.duration": "240 s"}), CELL)
 
 
 def played(found, **options):
@@ -90,7 +90,7 @@ drives = st.fixed_dictionaries(
 @given(changes=drives, spline=st.booleans())
 def test_round_trip_of_random_scenarios(changes, spline):
     """ArmPlan, text, parser, poses: 1 um, 1e-6 rad, 0.1 %. A drive too slow to be programmed is refused by name."""
-    scenario = load("paper/table1-row1").replaced({"workspace": {}, **changes})
+    scenario = load("nose-first/table1-row1").replaced({"workspace": {}, **changes})
     found = plan(scenario, CELL)
     if not found.feasible:
         return
@@ -103,7 +103,9 @@ def test_round_trip_of_random_scenarios(changes, spline):
     assert trip.timing < 1e-3
 
 
-@pytest.mark.parametrize("name", ["paper/fig3a", "paper/fig3b", *(f"paper/table1-row{row}" for row in range(1, 8))])
+@pytest.mark.parametrize(
+    "name", ["nose-first/fig3a", "nose-first/fig3b", *(f"nose-first/table1-row{row}" for row in range(1, 8))]
+)
 def test_round_trip_of_the_presets(name):
     scenario = load(name)
     short = scenario.replaced({"run.duration": min(scenario.run.duration, 330.0)})
@@ -115,7 +117,7 @@ def test_round_trip_of_the_presets(name):
 
 
 def test_round_trip_with_unwinding():
-    found = plan(load("paper/fig3c").replaced({"run.duration": "600 s"}), CELL, unwind=True)
+    found = plan(load("nose-first/fig3c").replaced({"run.duration": "600 s"}), CELL, unwind=True)
     assert len(found.unwindings) >= 1
     assert played(found).acceptable
 
@@ -124,7 +126,7 @@ def test_round_trip_of_a_turn_on_the_spot_and_of_standing_still():
     """Pitch about the magnet, device at the origin: the magnet turns in place, or with no yaw does nothing but spin."""
     base = {"drive.velocity": (0.0, 0.0, 0.0), "run.duration": "60 s"}
     for rate in ("2 deg/s", "0 deg/s"):
-        found = plan(load("paper/table1-row1").replaced({**base, "drive.yaw_rate": rate}), CELL)
+        found = plan(load("nose-first/table1-row1").replaced({**base, "drive.yaw_rate": rate}), CELL)
         assert found.feasible
         src, _ = write_krl(found, "still")
         assert ("WAIT SEC 60.000000" in src) == (rate == "0 deg/s")
@@ -145,7 +147,7 @@ def test_round_trip_of_waypoints():
         "pitch": ["5 deg", "8 deg", "10 deg", "10 deg"],
     }
     changes = {"drive.path": path, "drive.velocity": (0.0, 0.0, 0.0), "run.duration": "20 s", "workspace": {}}
-    assert played(plan(load("paper/table1-row1").replaced(changes), CELL)).acceptable
+    assert played(plan(load("nose-first/table1-row1").replaced(changes), CELL)).acceptable
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -171,7 +173,7 @@ def test_round_trip_in_other_cells(seed):
         {"run.duration": 20.0},
         {"drive.path": bends, "drive.velocity": (0.0, 0.0, 0.0), "run.duration": 12.0},
     ):
-        found = plan(load("paper/table1-row1").replaced({"workspace": {}, **changes}), cell)
+        found = plan(load("nose-first/table1-row1").replaced({"workspace": {}, **changes}), cell)
         assert found.feasible
         trip = deviation(found, play(*write_krl(found, "trip"), cell.arm))
         assert trip.differences == ()
@@ -208,7 +210,7 @@ def test_circles_are_arcs_passed_without_a_stop():
 
 def test_spline_motions_are_written_on_request():
     src, _ = write_krl(circle(), "trip", spline=True)
-    assert "SCIRC XV1, XP1 C_DIS" in src
+    assert "SPLINE\n  SCIRC XV1, XP1\n  SCIRC XV2, XP2\n" in src
     assert "SLIN XP1" in write_krl(straight(), "trip", spline=True)[0]
 
 
@@ -268,7 +270,7 @@ def test_numbers_are_plain(value):
 
 def test_a_hostile_scenario_name_injects_nothing():
     hostile = 'x\nPTP {A1 90}\r\n$VEL.CP=2\n;FOLD"""\nimport os\n"}\x85\u2028END'
-    scenario = load("paper/table1-row1").replaced({"name": hostile})
+    scenario = load("nose-first/table1-row1").replaced({"name": hostile})
     texts = programme_texts(plan(scenario, CELL), run=straight_run(), accept_unbounded=True)
     clean = programme_texts(straight(), run=straight_run(), accept_unbounded=True)
     (src,) = (text for name, text in texts.items() if name.endswith(".src"))
@@ -303,7 +305,7 @@ def test_unbounded_runs_need_to_be_accepted_and_carry_a_warning(tmp_path):
 def slow_circle(duration):
     """Fig. 3(C) at 2.5 Hz, where the device comes to a stable orbit; with unwindings where the wrist needs them."""
     changes = {"drive.frequency": "2.5 Hz", "run.duration": duration}
-    return plan(load("paper/fig3c").replaced(changes), CELL, unwind=True)
+    return plan(load("nose-first/fig3c").replaced(changes), CELL, unwind=True)
 
 
 @cache
@@ -347,7 +349,7 @@ def test_a_bounded_run_that_leaves_when_it_goes_on_does_not_open_the_gate(monkey
 
 
 def test_the_remedy_for_a_wound_up_wrist_is_no_short_run():
-    found = report(plan(load("paper/fig3c"), CELL))
+    found = report(plan(load("nose-first/fig3c"), CELL))
     assert "can leave open what becomes of the device" in found["remedies"][0]
     assert not any("set run.duration" in remedy for remedy in found["remedies"])
 
@@ -357,7 +359,7 @@ def changed_run(**attributes):
 
 
 CHEATS = {
-    "another scenario": (lambda: simulate(load("paper/table1-row7"), duration=2.0), "run must be of the path"),
+    "another scenario": (lambda: simulate(load("nose-first/table1-row7"), duration=2.0), "run must be of the path"),
     "a shorter duration": (lambda: simulate(straight().scenario, duration=20.0), "run must be of the path"),
     "the end cut off": (
         lambda: Trajectory(changed_run(end="horizon").dataset.isel(time=slice(0, 50))),
@@ -374,7 +376,7 @@ CHEATS = {
     "a measured run": (lambda: changed_run(source="measured"), "run must be a simulated one"),
     "another's hash typed in": (
         lambda: Trajectory(
-            simulate(load("paper/table1-row7"), duration=2.0).dataset.assign_attrs(
+            simulate(load("nose-first/table1-row7"), duration=2.0).dataset.assign_attrs(
                 scenario_hash=straight().scenario.hash
             )
         ),
@@ -417,7 +419,7 @@ def test_nobody_states_the_verdict():
 
 def test_unwindings_are_part_of_the_judged_run():
     """A run without them, or with others, is no run of the programme."""
-    found = plan(load("paper/fig3c").replaced({"run.duration": "420 s", "run.interval": "1 s"}), CELL, unwind=True)
+    found = plan(load("nose-first/fig3c").replaced({"run.duration": "420 s", "run.interval": "1 s"}), CELL, unwind=True)
     assert len(found.unwindings) == 1
     own = as_programmed(found)
     assert own.run.duration == pytest.approx(420.0 + found.unwindings[0].duration)
@@ -434,8 +436,8 @@ def test_unwindings_are_part_of_the_judged_run():
 
 
 def test_infeasible_plans_are_not_written(tmp_path):
-    found = plan(load("paper/fig3c"), CELL)
-    with pytest.raises(InputError, match=r"cannot run 'paper/fig3c': at 38\d\.\d\d s A6 would pass"):
+    found = plan(load("nose-first/fig3c"), CELL)
+    with pytest.raises(NotFeasible, match=r"cannot run 'nose-first/fig3c': at 38\d\.\d\d s A6 would pass"):
         write_programme(found, tmp_path)
     assert list(tmp_path.iterdir()) == []
 

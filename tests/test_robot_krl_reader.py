@@ -17,14 +17,14 @@ from helimag.errors import FileError, InputError
 from helimag.robot import deviation, krl_texts, load_cell, plan, play, write_krl
 from helimag.scenario import load
 
-CELL = load_cell()
+CELL = load_cell("wide")
 CASES = Path(__file__).parent / "data" / "krl"
 SECONDS = 193.9  # of row 1 as planned
 
 
 @cache
 def planned(kind="line"):
-    row = load("paper/table1-row1")
+    row = load("nose-first/table1-row1")
     still = {"drive.velocity": (0.0, 0.0, 0.0), "run.duration": "60 s"}
     match kind:
         case "line":
@@ -36,9 +36,9 @@ def planned(kind="line"):
         case "turn":
             return plan(row.replaced({**still, "drive.yaw_rate": "2 deg/s"}), CELL)
         case "arcs":
-            return plan(load("paper/fig3c").replaced({"run.duration": "120 s"}), CELL)
+            return plan(load("nose-first/fig3c").replaced({"run.duration": "120 s"}), CELL)
         case "unwinding":
-            return plan(load("paper/fig3c").replaced({"run.duration": "420 s"}), CELL, unwind=True)
+            return plan(load("nose-first/fig3c").replaced({"run.duration": "420 s"}), CELL, unwind=True)
 
 
 @cache
@@ -286,7 +286,8 @@ REFUSED = {
     "behind the end": ("LIN XP1\nEND\n", "LIN XP1\nEND\nWAIT SEC 1\n", "line 36: expected DEF"),
     "without end": ("LIN XP1\nEND\n", "LIN XP1\n", "has no END"),
     "unknown setting": (PATH, "$FILTER=3\n" + PATH, r"line 33: \$FILTER may change how the arm moves"),
-    "load": (PATH, "$LOAD.M=3.0\n" + PATH, r"line 33: \$LOAD.M may change"),
+    "load": (PATH, "$LOAD.MASS=3.0\n" + PATH, r"line 33: \$LOAD.MASS may change"),
+    "no load": (PATH, "$LOAD={M 0.0}\n" + PATH, r"line 33: \$LOAD.M must be a number above 0"),
     "speed": ("$VEL.CP=0.1000000000", "$VEL.CP=99999", r"\$VEL.CP must be a number above 0 and up to 3"),
     "percent": ("$VEL_AXIS[1]=10", "$VEL_AXIS[1]=180", r"\$VEL_AXIS\[1\] must be a number above 0 and up to 100"),
     "acceleration": ("$ACC.CP=1.000000", "$ACC.CP=1e30", "expected numbers of at most"),
@@ -314,7 +315,7 @@ REFUSED = {
     "PTP to a pose": ("LIN XP1\n", "PTP XP1\n", "line 34: expected PTP to joint angles"),
     "rounded PTP": ("PTP XSTART", "PTP XSTART C_PTP", "line 30: rounding of a PTP"),
     "rounding by speed": ("LIN XP1\n", "LIN XP1 C_VEL\n", "line 34: rounding by C_VEL"),
-    "spline through points": (PATH, "SPLINE\nSPL XBEGIN\nSPL XP1\nENDSPLINE\n", "line 33: the course"),
+    "spline through points": (PATH, "SPLINE\nSPL {X 40,Y 20}\nSPL XP1\nENDSPLINE\n", "line 33: the course"),
     "out of reach": ("LIN XP1\n", "LIN {X 1500}\n", "line 34: the arm cannot follow"),
     "no path": (SPEED + "LIN XP1\n", "CIRC {X 50}, {X 159.9675}\n", "line 33: .*on a line"),
     "long pause": (PATH, "WAIT SEC 1E8\n" + PATH, "line 33: WAIT SEC must be"),
@@ -463,7 +464,7 @@ def test_files_are_found_by_either_case_and_comments_may_be_in_any_encoding(tmp_
     ],
 )
 def test_the_command_says_what_differs(monkeypatch, capsys, case, status, words):
-    arguments = ["robot", "read-back", str(CASES / case / "row1.src"), "paper/table1-row1"]
+    arguments = ["robot", "read-back", str(CASES / case / "row1.src"), "nose-first/table1-row1"]
 
     def call(*more):
         monkeypatch.setattr(sys, "argv", ["helimag", *arguments, *more])

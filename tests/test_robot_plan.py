@@ -15,14 +15,14 @@ from helimag.robot.arm.path import MotionKind
 from helimag.robot.timed import timed_table
 from helimag.scenario import load
 
-CELL = load_cell()
-CIRCLES = [f"paper/fig3{letter}" for letter in "abc"]
-STRAIGHT = [f"paper/table1-row{row}" for row in range(1, 8)]
+CELL = load_cell("wide")
+CIRCLES = [f"nose-first/fig3{letter}" for letter in "abc"]
+STRAIGHT = [f"nose-first/table1-row{row}" for row in range(1, 8)]
 
 
 @cache
 def nine_laps():
-    return plan(load("paper/fig3c"), CELL, unwind=True)
+    return plan(load("nose-first/fig3c"), CELL, unwind=True)
 
 
 def changed(**tables):
@@ -33,7 +33,7 @@ def changed(**tables):
     return type(CELL).model_validate(data)
 
 
-@pytest.mark.parametrize("name", ["paper/fig3a", "paper/table1-row1"])
+@pytest.mark.parametrize("name", ["nose-first/fig3a", "nose-first/table1-row1"])
 @pytest.mark.parametrize("about", ["origin", "magnet"])
 def test_path_is_the_one_that_the_simulation_uses(name, about):
     """Position and moment against those that the kernels write, with velocity and yaw together."""
@@ -77,13 +77,13 @@ def test_circles_of_fig_3_wind_the_wrist_up(name):
     assert report(found)["laps"] == pytest.approx(9.0)
     within = plan(scenario.replaced({"run.duration": math.floor(found.offence.time)}), CELL)
     assert within.feasible
-    if name == "paper/fig3c":
+    if name == "nose-first/fig3c":
         assert not plan(scenario.replaced({"run.duration": found.offence.time + 12.0}), CELL).feasible
 
 
 def test_plan_puts_the_magnet_where_the_scenario_wants_it():
     """Joints to tool by forward kinematics, against the path: a way round that does not share the inverse."""
-    for name in ("paper/fig3c", "paper/table1-row3"):
+    for name in ("nose-first/fig3c", "nose-first/table1-row3"):
         found = plan(load(name).replaced({"run.duration": 150.0}), CELL)
         tool = np.linalg.inv(CELL.lab_in_base) @ tool_frames_in_base(CELL, found.joints)
         poses = found.path.at(found.times)
@@ -118,7 +118,7 @@ def test_unwinding_makes_nine_laps_feasible():
 def test_unwinding_needs_the_magnet_on_the_sixth_axis():
     off = changed(tool={"magnet": (0.02, 0.0, 0.13)})
     with pytest.raises(InputError, match=r"tool\.magnet on the flange's z axis"):
-        plan(load("paper/fig3c"), off, unwind=True)
+        plan(load("nose-first/fig3c"), off, unwind=True)
 
 
 @pytest.mark.parametrize(
@@ -131,7 +131,7 @@ def test_unwinding_needs_the_magnet_on_the_sixth_axis():
     ],
 )
 def test_infeasible_cells_are_refused_with_time_joint_and_value(cell, kind, words):
-    found = plan(load("paper/table1-row1"), cell)
+    found = plan(load("nose-first/table1-row1"), cell)
     assert not found.feasible
     data = report(found)
     assert data["offence"]["kind"] == kind
@@ -145,7 +145,7 @@ def test_infeasible_cells_are_refused_with_time_joint_and_value(cell, kind, word
 
 def test_speed_offence_names_the_speed():
     """A yaw of 300 deg/s is more than half of axis 6' 433 deg/s."""
-    scenario = load("paper/fig3c").replaced({"drive.yaw_rate": "300 deg/s", "run.duration": "1 s"})
+    scenario = load("nose-first/fig3c").replaced({"drive.yaw_rate": "300 deg/s", "run.duration": "1 s"})
     found = plan(scenario, CELL)
     assert found.offence.kind == "speed"
     assert found.offence.value > found.offence.limit
@@ -183,7 +183,7 @@ def test_capsules_follow_the_arm():
 
 def test_clearance_counts_the_radius_of_the_magnet():
     """102 mm up, less the ball that a 35 mm by 20 mm cylinder sweeps, less the tank's rim at 20 mm."""
-    found = plan(load("paper/table1-row1"), CELL)
+    found = plan(load("nose-first/table1-row1"), CELL)
     reach = math.hypot(0.0175, 0.010)
     parts = capsules(CELL, found.joints, reach)
     tank = clearances(parts, CELL.obstacle[0])[:, parts.names.index("magnet")]
@@ -197,7 +197,7 @@ def test_waypoints_with_speeds_are_a_path():
         "speed": ["2 mm/s", "4 mm/s"],
         "yaw": ["0 deg", "30 deg", "80 deg"],
     }
-    scenario = load("paper/table1-row1").replaced(
+    scenario = load("nose-first/table1-row1").replaced(
         {"drive.path": data, "drive.velocity": [0.0, 0.0, 0.0], "run.duration": "30 s"}
     )
     path = magnet_path(scenario)

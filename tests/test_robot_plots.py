@@ -9,7 +9,7 @@ from helimag.plots.robot import draw_cell, draw_joints, save_plan
 from helimag.robot import load_cell, plan
 from helimag.scenario import load
 
-FOUND = plan(load("paper/fig3c").replaced({"run.duration": "500 s"}), load_cell())
+FOUND = plan(load("nose-first/fig3c").replaced({"run.duration": "500 s"}), load_cell("wide"))
 
 
 def test_joint_figure_shows_angles_limits_and_the_offence():

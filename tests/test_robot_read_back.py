@@ -15,8 +15,8 @@ from helimag.robot.programme import programme_texts
 from helimag.robot.timed import timed_table
 from helimag.scenario import load, parse
 
-CELL = load_cell()
-CIRCLE = load("paper/fig3c").replaced({"run.duration": "30 s", "run.interval": "0.5 s"})
+CELL = load_cell("wide")
+CIRCLE = load("nose-first/fig3c").replaced({"run.duration": "30 s", "run.interval": "0.5 s"})
 
 
 def sampled(scenario, count, **changes):
@@ -94,7 +94,7 @@ def written_path(scenario, tmp_path):
     return tmp_path / "path.csv"
 
 
-@pytest.mark.parametrize("name", ["paper/fig3c", "paper/table1-row1"])
+@pytest.mark.parametrize("name", ["nose-first/fig3c", "nose-first/table1-row1"])
 def test_written_path_read_back_gives_the_planned_run(name, tmp_path):
     """The CSV of the timed path is itself a log; so is the KRL programme run on paper."""
     scenario = load(name).replaced({"run.duration": "40 s", "run.interval": "1 s"})
@@ -201,7 +201,7 @@ def test_recorded_motor_angles_give_the_moment_in_the_lab(reversed_axis):
 
 def test_offset_jitter_is_a_shifted_path():
     """An offset of the magnet is the same as a device that starts the other way off, seen from its start."""
-    scenario = load("paper/table1-row1").replaced({"run.duration": "40 s", "workspace": {}})
+    scenario = load("nose-first/table1-row1").replaced({"run.duration": "40 s", "workspace": {}})
     shifted = jittered(scenario, Jitter(offset=(0.0, 0.0, 2e-3)), np.random.default_rng(0))
     nearer = scenario.replaced({"drive.distance": scenario.drive.distance + 2e-3})
     a, b = simulate(shifted), simulate(nearer)
@@ -209,7 +209,7 @@ def test_offset_jitter_is_a_shifted_path():
 
 
 def test_speed_ripple_moves_along_the_path():
-    scenario = load("paper/table1-row1").replaced({"run.duration": "20 s"})
+    scenario = load("nose-first/table1-row1").replaced({"run.duration": "20 s"})
     ripple = SpeedRipple(frequency=1.0, share=0.2)
     path = jittered(scenario, Jitter(speed=(ripple,)), np.random.default_rng(0)).drive.path
     position = np.array(path.position)
@@ -221,7 +221,7 @@ def test_speed_ripple_moves_along_the_path():
 
 def test_spectrum_of_a_log_is_found_again():
     """Known offset, line and frequency error, put into a log and taken out of it."""
-    scenario = load("paper/table1-row1").replaced({"run.duration": "40 s"})
+    scenario = load("nose-first/table1-row1").replaced({"run.duration": "40 s"})
     time = np.linspace(0.0, 40.0, 4001)
     poses = magnet_motion(scenario.drive)(time)
     from helimag.robot.arm.frames import frames
@@ -239,7 +239,7 @@ def test_spectrum_of_a_log_is_found_again():
 
 
 def test_study_reports_each_kind_of_error_and_all():
-    scenario = load("paper/table1-row1").replaced({"run.duration": "10 s", "workspace": {}})
+    scenario = load("nose-first/table1-row1").replaced({"run.duration": "10 s", "workspace": {}})
     jitter = Jitter(
         speed=(SpeedRipple(frequency=2.0, share=0.1),),
         shake=(Shake(frequency=2.0, amplitude=(0.0, 0.0, 1e-4)),),
@@ -275,7 +275,7 @@ amplitude = ["0 mm", "0 mm", "0.05 mm"]
         load_jitter(tmp_path / "bad.toml")
     with pytest.raises(InputError, match="samples"):
         jittered(
-            load("paper/table1-row1"),
+            load("nose-first/table1-row1"),
             Jitter(shake=(Shake(frequency=1e4, amplitude=(0, 0, 0)),)),
             np.random.default_rng(0),
         )

@@ -37,7 +37,7 @@ def shell(line, **environment):
 def test_a_full_disk_while_a_run_is_written(tmp_path, room):
     target = tmp_path / "run.nc"
     target.write_text("older run")
-    words = ["simulate", "paper/fig3c", "--duration", "20 s", "--no-orbit", "-o", str(target)]
+    words = ["simulate", "nose-first/fig3c", "--duration", "20 s", "--no-orbit", "-o", str(target)]
     command = [sys.executable, "-c", LIMITED.replace("ROOM", str(room)), *words]
     found = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
     assert found.returncode == 2, found.stderr
@@ -70,7 +70,8 @@ def test_streams_that_take_nothing(line, status, said):
 
 def test_a_run_whose_reader_has_gone_is_still_written(tmp_path):
     target = tmp_path / "run.nc"
-    line = f"{HELIMAG} simulate paper/fig3c --duration '2 s' --no-orbit -o {target} | head -0; exit ${{PIPESTATUS[0]}}"
+    run = f"{HELIMAG} simulate nose-first/fig3c --duration '2 s' --no-orbit -o {target}"
+    line = f"{run} | head -0; exit ${{PIPESTATUS[0]}}"
     found = shell(line)
     assert "Traceback" not in found.stderr
     assert "Exception" not in found.stderr
@@ -80,12 +81,12 @@ def test_a_run_whose_reader_has_gone_is_still_written(tmp_path):
 
 def test_a_file_opened_with_standard_output_closed_does_not_get_what_is_printed(tmp_path):
     target = tmp_path / "run.nc"
-    found = shell(f"{HELIMAG} simulate paper/fig3c --duration '2 s' --no-orbit -o {target} >&- 2>&-")
+    found = shell(f"{HELIMAG} simulate nose-first/fig3c --duration '2 s' --no-orbit -o {target} >&- 2>&-")
     assert found.returncode == 0
     assert hm.Trajectory.load(target).dataset["time"].values[-1] == 2.0
 
 
-@pytest.mark.parametrize("command", ["simulate paper/fig3c --duration '1 s' --no-orbit", "doctor"])
+@pytest.mark.parametrize("command", ["simulate nose-first/fig3c --duration '1 s' --no-orbit", "doctor"])
 @pytest.mark.parametrize("name", ["HOME", "WARP_CACHE_PATH"])
 def test_a_folder_for_kernels_that_cannot_be_made(tmp_path, command, name):
     file = tmp_path / "file"
@@ -100,7 +101,7 @@ def test_a_folder_for_kernels_that_cannot_be_made(tmp_path, command, name):
 
 
 def test_no_room_for_compiled_kernels(tmp_path):
-    line = f"trap '' XFSZ; ulimit -f 1; {HELIMAG} simulate paper/fig3c --duration '1 s' --no-orbit"
+    line = f"trap '' XFSZ; ulimit -f 1; {HELIMAG} simulate nose-first/fig3c --duration '1 s' --no-orbit"
     found = shell(line, WARP_CACHE_PATH=str(tmp_path))
     assert (found.returncode, found.stdout) == (2, "")
     assert f"compiled kernels cannot be kept in {tmp_path}" in found.stderr.splitlines()[-1]
@@ -109,7 +110,7 @@ def test_no_room_for_compiled_kernels(tmp_path):
 
 
 def test_figures_say_nothing_of_a_home_that_is_none(tmp_path):
-    run = hm.simulate(hm.load("paper/fig3c"), duration=2.0)
+    run = hm.simulate(hm.load("nose-first/fig3c"), duration=2.0)
     run.save(tmp_path / "run.nc")
     cache = os.environ.get("WARP_CACHE_PATH", str(Path.home() / ".cache" / "warp"))
     found = shell(f"unset MPLCONFIGDIR; {HELIMAG} plot {tmp_path}/run.nc", HOME="/dev/null", WARP_CACHE_PATH=cache)

@@ -69,7 +69,7 @@ def dataset(unit, inside):
     import xarray
 
     plan = Plan(
-        base="paper/fig3c",
+        base="nose-first/fig3c",
         axis=(
             Axis(field="drive.frequency", start="1 Hz", stop="2 Hz", count=4),
             Axis(field="drive.distance", start="1 m", stop="2 m", count=4),
@@ -89,7 +89,7 @@ def dataset(unit, inside):
 
 def real(budget, duration="1800 s"):
     return Plan(
-        base="paper/fig3c",
+        base="nose-first/fig3c",
         duration=duration,
         axis=(
             Axis(field="drive.frequency", start="3.25 Hz", stop="3.45 Hz", count=3),
@@ -111,7 +111,7 @@ def test_the_devices_own_band_is_found_between_the_coarse_runs(found):
     inside = data["verdict"].values == Verdict.BOUNDED
     assert inside.sum() >= 3
     column = Plan(
-        base="paper/fig3c",
+        base="nose-first/fig3c",
         duration="1800 s",
         changes={"drive.frequency": "3.3 Hz"},
         axis=(Axis(field="drive.pitch", start="9 deg", stop="13 deg", step="0.25 deg"),),

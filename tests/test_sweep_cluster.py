@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
 import sweep_kills
 
 PLAN = """
-base = "paper/fig3c"
+base = "nose-first/fig3c"
 duration = "400 s"
 samples = 20
 

@@ -10,10 +10,10 @@ from helimag import InputError, Plan, load
 from helimag.scenario import Input
 from helimag.sweeps import Axis, Boundary, Sampling, load_plan, parse_plan, resolve
 
-BASE = "paper/fig3c"
+BASE = "nose-first/fig3c"
 TEXT = """
 name = "both"
-base = "paper/fig3c"
+base = "nose-first/fig3c"
 duration = "100 s"
 
 [changes]
@@ -159,7 +159,7 @@ def test_kinds_come_from_the_scenario():
         ('step = "0.3 deg"', ('step = "0.3 deg"\ncount = 3', "must have values, or start and stop")),
         ('step = "0.3 deg"', ('stepp = "0.3 deg"', "stepp is not a known key")),
         ('duration = "100 s"', ("duration = 100.0", "duration must be a time written with its unit")),
-        ('base = "paper/fig3c"', ('base = "paper/none"', "preset")),
+        ('base = "nose-first/fig3c"', ('base = "paper/none"', "preset")),
         ('name = "both"', ("[", "not valid TOML")),
     ],
 )
@@ -186,5 +186,5 @@ def test_sampling_and_boundaries_refuse_axes_of_another_form():
 
 def test_a_base_beside_the_plan_is_found_from_anywhere(tmp_path: Path):
     (tmp_path / "mine.toml").write_text(load(BASE).to_toml(), encoding="utf-8")
-    (tmp_path / "plan.toml").write_text(TEXT.replace("paper/fig3c", "mine.toml"), encoding="utf-8")
+    (tmp_path / "plan.toml").write_text(TEXT.replace("nose-first/fig3c", "mine.toml"), encoding="utf-8")
     assert resolve(load_plan(tmp_path / "plan.toml")).identity == resolve(parse_plan(TEXT)).identity

@@ -16,7 +16,7 @@ FREQUENCY = Axis(field="drive.frequency", values=("2 Hz", "3 Hz"))
 
 
 def made(folder, *axes, **more):
-    plan = Plan(base="paper/fig3c", duration="30 s", samples=20, axis=axes, **more)
+    plan = Plan(base="nose-first/fig3c", duration="30 s", samples=20, axis=axes, **more)
     return helimag.sweep(plan, out=folder / "s.zarr")
 
 

@@ -23,7 +23,7 @@ import sweep_kills
 
 PLAN = """
 name = "store"
-base = "paper/fig3c"
+base = "nose-first/fig3c"
 duration = "60 s"
 samples = 20
 
@@ -70,7 +70,7 @@ def test_the_dataset_is_labelled_in_si_with_flags_as_cf_has_them(done):
             "speed": "m/s",
         }.items():
             assert dataset.coords[name].attrs["units"] == unit
-        assert float(dataset["yaw_rate"]) == load("paper/fig3c").drive.yaw_rate
+        assert float(dataset["yaw_rate"]) == load("nose-first/fig3c").drive.yaw_rate
         assert dataset["verdict"].attrs["flag_values"] == [verdict.flag for verdict in Verdict]
         words = dataset["verdict"].attrs["flag_meanings"].split()
         assert words == [
@@ -95,7 +95,7 @@ def test_rows_agree_with_single_runs_and_failures_stay(done):
     dataset = load_sweep(done)
     assert dataset["verdict"].size == 62
     failed = dataset["verdict"] == Verdict.FAILED
-    near = dataset["distance"] <= load("paper/fig3c").contact_distance
+    near = dataset["distance"] <= load("nose-first/fig3c").contact_distance
     assert int(near.sum()) > 0
     np.testing.assert_array_equal(failed.any("frequency"), near)
     assert np.all(dataset["reason"].values[failed.values] == Reason.SCENARIO_REFUSED)
@@ -186,7 +186,7 @@ def test_trajectories_on_request_hold_the_states_of_the_single_run(tmp_path):
     dataset = helimag.sweep(parse_plan(text), out=tmp_path / "s.zarr")
     assert dataset["position"].dims == ("frequency", "distance", "time", "axis")
     np.testing.assert_array_equal(dataset["time"], np.arange(9) * 7.0)
-    scenario = load("paper/fig3c").replaced({"drive.frequency": "3 Hz", "drive.distance": "160 mm"})
+    scenario = load("nose-first/fig3c").replaced({"drive.frequency": "3 Hz", "drive.distance": "160 mm"})
     run = helimag.simulate(scenario, duration="60 s", interval="7 s")
     states = dataset.isel(frequency=1, distance=3)
     np.testing.assert_array_equal(states["position"], run.dataset["position"][:9])

@@ -19,7 +19,7 @@ FREQUENCIES = Axis(field="drive.frequency", values=HERTZ)
 
 
 def swept(folder, *axes, duration="1800 s"):
-    return helimag.sweep(Plan(base="paper/fig3c", duration=duration, axis=axes), out=folder / "s.zarr").load()
+    return helimag.sweep(Plan(base="nose-first/fig3c", duration=duration, axis=axes), out=folder / "s.zarr").load()
 
 
 @pytest.fixture(scope="module")

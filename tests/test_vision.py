@@ -272,7 +272,7 @@ def test_command(films: dict[str, Path], true_rig: Rig, tmp_path: Path, capsys: 
     arguments = ["vision", "track", str(films["front"]), str(films["below"]), "--rig", str(tmp_path / "rig.json")]
     with pytest.raises(InputError, match="--gap or --scenario"):
         app(arguments)
-    app([*arguments, "--scenario", "paper/table1-row1", "-o", str(tmp_path / "m.nc"), "--json"])
+    app([*arguments, "--scenario", "nose-first/table1-row1", "-o", str(tmp_path / "m.nc"), "--json"])
     numbers = json.loads(capsys.readouterr().out)
     assert numbers["input_u_m"] == pytest.approx(GAP)
     assert numbers["output_y_95_m"][0] <= numbers["output_y_m"] <= numbers["output_y_95_m"][1]

@@ -49,7 +49,7 @@ def scenario(head, *, weight=WEIGHT, near=True, **workspace):
         "weight": {"net_weight": weight, "gravity_center": 0.0},
         "hydrodynamics": {"model": "boundary", "near_walls": near, "tolerance": 0.05},
     }
-    return hm.load("paper/fig3c").replaced(
+    return hm.load("nose-first/fig3c").replaced(
         {
             "device": device,
             "workspace": workspace,
@@ -166,4 +166,17 @@ def test_walls_and_open_water_mix_in_a_batch():
 
 def test_near_walls_go_with_the_boundary_model():
     with pytest.raises(hm.InputError, match=r"near_walls goes with model"):
-        hm.load("paper/fig3c").replaced({"device.hydrodynamics": {"model": "lighthill", "near_walls": True}})
+        hm.load("nose-first/fig3c").replaced({"device.hydrodynamics": {"model": "lighthill", "near_walls": True}})
+
+
+def test_a_ball_that_sinks_near_a_floor_that_holds_comes_to_rest_on_it():
+    """Drag near the floor and contact with it: the way down as where it stops, then no further."""
+    stops = scenario(BALL, floor=-0.004).replaced({"run.duration": 60.0, "run.interval": 0.1})
+    (stopped,), (rests,) = advance([stops]), advance([stops.replaced({"workspace.contact": "hold"})])
+    assert stopped.status is End.FLOOR
+    assert rests.status is End.HORIZON
+    way = stopped.states[:-1, 2] > -0.00297
+    assert np.abs(rests.states[: way.sum(), 2] - stopped.states[:-1, 2][way]).max() < 1e-9
+    assert rests.states[-1, 2] == pytest.approx(-0.003, abs=1e-10)
+    assert rests.heights.low.min() > -0.003 - 1e-10
+    assert rests.touches[0].count == 1

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from helimag.engine import simulate, simulate_many
     from helimag.ensembles import Perturbation, ensemble
-    from helimag.errors import FileError, HelimagError, InputError, MissingExtra, RunError
+    from helimag.errors import FileError, HelimagError, InputError, MissingExtra, NotFeasible, RunError
     from helimag.hydrodynamics import resistance
     from helimag.orbits import Orbit, find_orbit
     from helimag.outcomes import Verdict
@@ -20,6 +20,7 @@ _HOMES = {
     "HelimagError": "errors",
     "InputError": "errors",
     "MissingExtra": "errors",
+    "NotFeasible": "errors",
     "Orbit": "orbits",
     "Perturbation": "ensembles",
     "Plan": "sweeps",

@@ -17,5 +17,9 @@ class RunError(HelimagError, RuntimeError):
     """A run whose numbers broke down although its input was valid."""
 
 
+class NotFeasible(RunError):
+    """A path that an arm in its cell cannot take the magnet along, although its input is valid."""
+
+
 class MissingExtra(HelimagError, ImportError):
     """An optional dependency that is not installed."""

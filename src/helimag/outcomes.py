@@ -72,6 +72,15 @@ class Term(StrEnum):
         return ": ".join(part.format(**numbers) for part in (self.sentence, self.remedy) if part)
 
 
+def cf_masks(terms: Iterable[Term]) -> dict[str, object]:
+    """CF attributes of a variable whose bits, at the terms' numbers, say which of them hold."""
+    known = list(terms)
+    return {
+        "flag_masks": [1 << term.flag for term in known],
+        "flag_meanings": " ".join(str(term).replace(" ", "_") for term in known),
+    }
+
+
 def cf_flags(terms: Iterable[Term], *, zero: str = "") -> dict[str, object]:
     """CF attributes of a variable that holds the terms' numbers; ``zero`` is the word for 0 where no term has it."""
     words = ({0: zero} if zero else {}) | {term.flag: str(term) for term in terms}
@@ -204,6 +213,45 @@ class Reason(Term):
         "last quarter, {before:.3g} mm in the one before",
         "run longer (run.duration)",
     )
+    HELD_BY_FLOOR = (
+        18,
+        "held-by-floor",
+        Verdict.WALL_LIMITED,
+        "held by the floor: {count} from {first:.1f} s to {last:.1f} s, {total:.1f} s in all",
+    )
+    HELD_BY_SURFACE = (
+        19,
+        "held-by-surface",
+        Verdict.WALL_LIMITED,
+        "held by the surface: {count} from {first:.1f} s to {last:.1f} s, {total:.1f} s in all",
+    )
+    HELD_BY_WALL = (
+        20,
+        "held-by-wall",
+        Verdict.WALL_LIMITED,
+        "held by the wall at {side}: {count} from {first:.1f} s to {last:.1f} s, {total:.1f} s in all",
+    )
+
+
+@unique
+class Limit(Term):
+    """What a device can touch in its workspace, and why a run that it holds has its verdict."""
+
+    cause: Reason
+
+    def __init__(self, flag: int, word: str, sentence: str, cause: Reason) -> None:
+        super().__init__(flag, word, sentence)
+        self.cause = cause
+
+    FLOOR = (0, "floor", "the floor", Reason.HELD_BY_FLOOR)
+    SURFACE = (1, "surface", "the surface", Reason.HELD_BY_SURFACE)
+    LOW_X = (2, "low x", "the wall at low x", Reason.HELD_BY_WALL)
+    HIGH_X = (3, "high x", "the wall at high x", Reason.HELD_BY_WALL)
+    LOW_Y = (4, "low y", "the wall at low y", Reason.HELD_BY_WALL)
+    HIGH_Y = (5, "high y", "the wall at high y", Reason.HELD_BY_WALL)
+
+
+HOLDING = frozenset(wall.cause for wall in Limit)  # reasons of runs that end held, not stopped, by a wall
 
 
 @unique
@@ -324,11 +372,12 @@ class Future(Term):
     STAYS = (4, "stays, on no stable orbit", "{begin} and for another {longer:.0f} s, {motion}, though {found}")
     GONE = (5, "has left", "the run left; no orbit is sought from its end")
     UNKNOWN = (6, "not known", "{problem}")
+    HELD = (7, "held", "held by a wall at its end: a device that is held has no free orbit, and none is sought")
 
     @property
     def leaves(self) -> bool:
-        """Whether the device is known to leave, or has left."""
-        return self in {Future.LEAVES, Future.GONE}
+        """Whether the device is known to leave, has left, or is held by a wall."""
+        return self in {Future.LEAVES, Future.GONE, Future.HELD}
 
 
 @unique

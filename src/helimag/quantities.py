@@ -37,6 +37,8 @@ MOMENT = Kind("a magnetic moment", "A m^2", "A m^2", "18.89 A m^2", ("A m^2", "m
 REMANENCE = Kind("a flux density", "T", "T", "1.35 T", ("T", "mT", "G"))
 VISCOSITY = Kind("a dynamic viscosity", "Pa s", "Pa s", "1 Pa s", ("Pa s", "mPa s", "P", "cP"))
 DENSITY = Kind("a density", "kg/m^3", "kg/m^3", "971 kg/m^3", ("kg/m^3", "g/cm^3", "g/mL"))
+MASS = Kind("a mass", "kg", "kg", "1.2 kg", ("kg", "g"))
+INERTIA = Kind("a moment of inertia", "kg m^2", "kg m^2", "0.002 kg m^2", ("kg m^2", "g cm^2"))
 
 # The units understood, in pint's language. A list of our own: it loads in milliseconds, and gives angle a dimension.
 _DEFINITIONS = """

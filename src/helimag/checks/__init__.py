@@ -2,7 +2,7 @@
 
 from helimag.checks.check import Check
 from helimag.checks.findings import Caution, cautions, examine
-from helimag.checks.flow import enclosing_body, pitch_angle, reynolds, slenderness, wall_gap
+from helimag.checks.flow import boundary_drag, enclosing_body, pitch_angle, reynolds, slenderness, wall_gap
 from helimag.checks.magnets import (
     dipole_error,
     field_axis,
@@ -16,6 +16,7 @@ from helimag.checks.magnets import (
 __all__ = [
     "Caution",
     "Check",
+    "boundary_drag",
     "cautions",
     "dipole_error",
     "enclosing_body",

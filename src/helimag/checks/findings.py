@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 
 from helimag.checks.check import Check
-from helimag.checks.flow import enclosing_body, pitch_angle, reynolds, slenderness, wall_gap
+from helimag.checks.flow import boundary_drag, enclosing_body, pitch_angle, reynolds, slenderness, wall_gap
 from helimag.checks.magnets import magnet_distance, step_out
 from helimag.scenario import Scenario
 
@@ -18,6 +18,7 @@ CHECKS: tuple[Callable[[Scenario], Check | None], ...] = (
     magnet_distance,
     step_out,
 )
+THOROUGH = (*CHECKS, boundary_drag)
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,9 @@ class Caution:
         return {**asdict(self.worst), "runs": self.runs, "of": self.of, "where": self.where, "text": self.text}
 
 
-def examine(scenario: Scenario) -> list[Check]:
-    """Every check that applies, whether it holds or not."""
-    return [found for check in CHECKS if (found := check(scenario)) is not None]
+def examine(scenario: Scenario, *, thorough: bool = False) -> list[Check]:
+    """Every check that applies, whether it holds or not; ``thorough``: those that take seconds, too."""
+    return [found for check in (THOROUGH if thorough else CHECKS) if (found := check(scenario)) is not None]
 
 
 def cautions(scenarios: Iterable[Scenario], where: Callable[[int], str] = lambda _: "") -> list[Caution]:

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.checks.check import Check
-from helimag.hydrodynamics import mobility, net_weight, resistance
+from helimag.errors import InputError
+from helimag.hydrodynamics import boundary, mobility, net_weight, resistance
 from helimag.hydrodynamics.bounds import enclosing_resistance
 from helimag.hydrodynamics.motion import advance_per_turn, largest_drag, sinking_speeds
 from helimag.scenario import Device, Fluid, Scenario
@@ -21,6 +22,7 @@ RESISTIVE_FORCE = ("lighthill", "gray-hancock")
 SHORTEST_TURN = 144.0  # wire radii: thrust and drag are up to 90 % off there
 LARGEST_PITCH_ANGLE = math.radians(22.4)  # up to 26 % off there, 90 % at 44 deg, four times too much at 70 deg
 LARGEST_DRAG_RATIO = 1.0  # Hill and Power, Q. J. Mech. Appl. Math. 9 (1956) 313
+LARGEST_MISFIT = 1.1  # the boundary solver's own distance from measured helices (benchmarks/boundary_truth.py)
 LARGEST_WALL_EFFECT = 0.1  # of the drag: less is below what the drag models are worth
 
 
@@ -113,6 +115,39 @@ def enclosing_body(scenario: Scenario) -> Check:
         f"drag is up to {value:.2g} times that of a spheroid around the device (along the axis "
         f"{matrix[0, 0] / around[0, 0]:.2g} times), which no body can have",
         'use device.hydrodynamics.model = "boundary"',
+    )
+
+
+def boundary_drag(scenario: Scenario) -> Check | None:
+    """Drag by resistive-force theory over that by the boundary solver, in the motion in which they differ most.
+
+    Seconds of computing for a device that was not solved before, so not among the checks of every run.
+    """
+    device, fluid = scenario.device, scenario.fluid
+    if device.helix is None or device.hydrodynamics.model not in RESISTIVE_FORCE:
+        return None
+    field = "device.hydrodynamics.model"
+    remedy = 'use device.hydrodynamics.model = "boundary"'
+    try:
+        truth = fluid.viscosity * boundary.solution(device).resistance
+    except InputError as error:
+        return Check(
+            "boundary_drag", field, math.inf, "at most", LARGEST_MISFIT, f"not comparable: {error}", "see docs/model.md"
+        )
+    matrix, inverse = device_matrices(device, fluid)
+    root = np.linalg.inv(np.linalg.cholesky(truth))
+    ratios = np.linalg.eigvalsh(root @ matrix @ root.T)
+    along, across, roll = (float(matrix[i, i] / truth[i, i]) for i in (0, 1, 3))
+    swims = advance_per_turn(inverse) / advance_per_turn(mobility(truth))
+    return Check(
+        "boundary_drag",
+        field,
+        float(max(ratios[-1], 1.0 / ratios[0])),
+        "at most",
+        LARGEST_MISFIT,
+        f"drag is {along:.2g} times that of the boundary solver along the axis, {across:.2g} across, {roll:.2g} in "
+        f"roll; it swims {swims:.2g} times as far a turn",
+        remedy,
     )
 
 

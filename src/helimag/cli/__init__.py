@@ -35,7 +35,7 @@ for command in COMMANDS:
 
 
 def main() -> None:
-    """Run the command line: exit status 0 done, 1 a run failed, 2 bad input."""
+    """Run the command line: exit status 0 done, 1 a run failed or an arm cannot make it, 2 bad input."""
     with guarded():
         status = _status()
     sys.exit(status or None)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from helimag.cli._orbit_reports import files_report, print_files
 from helimag.cli._proof_reports import proof_report
-from helimag.cli._shared import degrees, print_json
+from helimag.cli._shared import degrees, leading_words, print_json
 
 if TYPE_CHECKING:
     from helimag.orbits import Branch, Orbit
@@ -23,11 +23,14 @@ def orbit_report(orbit: "Orbit") -> dict[str, Any]:
         "status": str(orbit.status),
         "reason": orbit.text,
         "position_m": orbit.position.tolist() if orbit.found else None,
+        "from_magnet": orbit.side if orbit.found else None,
         "state": orbit.state.tolist() if orbit.found else None,
         "multipliers": [[m.real, m.imag] for m in orbit.multipliers],
         "rates_per_s": [[r.real, r.imag] for r in orbit.rates],
         "attack_angle_deg": degrees(orbit.attack_angle) if orbit.found else None,
         "wobble_deg": degrees(orbit.wobble) if orbit.found else None,
+        "leads": orbit.leading_end if orbit.found else None,
+        "leading_cosine": orbit.leading_cosine if math.isfinite(orbit.leading_cosine) else None,
         "radius_m": orbit.radius if math.isfinite(orbit.radius) else None,
         "speed_m_per_s": orbit.speed if orbit.found else None,
         "position_error_m": orbit.position_error if math.isfinite(orbit.position_error) else None,
@@ -46,6 +49,7 @@ def print_orbit(orbit: "Orbit", warnings: Warnings, json: bool, proof: "Proof | 
         print(
             f"  attack angle  {degrees(orbit.attack_angle):.1f} deg, wobble {degrees(orbit.wobble):.1f} deg over a turn"
         )
+        print(f"  leads         {leading_words(orbit.leading_end, orbit.leading_cosine)}")
         circle = f"radius {1e3 * orbit.radius:.2f} mm, " if math.isfinite(orbit.radius) else ""
         print(f"  path          {circle}speed {1e3 * orbit.speed:.3f} mm/s")
         print(f"  place         known to {1e9 * orbit.position_error:.1g} nm in the integration")

@@ -216,6 +216,7 @@ def print_basin(
         print_json(
             {
                 "engine": caught.engine,
+                "attitude": caught.attitude,
                 "box_m": [[float(a), float(b)] for a, b in zip(*box, strict=True)],
                 "starts": int(caught.ends.size),
                 "volume_m3": caught.volume,

@@ -1,6 +1,7 @@
 """What the commands share: options, scenario with changes, progress, JSON."""
 
 import json
+import math
 import sys
 import tempfile
 import time
@@ -174,6 +175,13 @@ def _value(text: str) -> object:
         except tomllib.TOMLDecodeError as error:
             raise InputError(f"--set has a value that is not TOML: {text} ({error})") from None
     return text.strip("\"'")
+
+
+def leading_words(end: str, cosine: float) -> str:
+    """Which end leads, with the number behind it."""
+    if math.isnan(cosine):
+        return "neither end: it stays in its place"
+    return f"{end} (mean cosine of nose and velocity {cosine:+.2f})"
 
 
 def degrees(angle: float) -> float:

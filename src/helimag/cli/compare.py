@@ -45,6 +45,8 @@ def compare(
         return
     ours, theirs = numbers["measured"], numbers["simulated"]
     low, high = ours["gain_95"]
+    if not comparison.really_measured:
+        print(f"note          the run taken as measured is a simulation itself ({ours['source']}: {measured.name})")
     print(f"{'':14s}{'measured':>12s}{'simulated':>12s}")
     print(f"{'gain':14s}{ours['gain']:12.4f}{theirs['gain']:12.4f}   measured 95 %: {low:.4f} to {high:.4f}")
     print(f"{'|y| (mm)':14s}{1e3 * ours['output_y_m']:12.3f}{1e3 * theirs['output_y_m']:12.3f}")
@@ -54,6 +56,11 @@ def compare(
         f"{1e3 * numbers['difference_worst_m']:.3f} mm at most, over "
         f"{numbers['samples']} samples from {numbers['from_s']:.2f} s to {numbers['until_s']:.2f} s"
     )
+    for name, left in numbers["left_out_s"].items():
+        if left > 0.0:
+            print(
+                f"common time   {left:.2f} s of the {name} run lie outside it and do not count, in the verdict neither"
+            )
     shift = ", ".join(f"{1e3 * value:.2f}" for value in numbers["translation_m"])
     print(f"alignment     {numbers['time_shift_s']:.2f} s, {numbers['yaw_deg']:.2f} deg about z, {shift} mm")
     if output is not None:

@@ -150,6 +150,7 @@ def basin(
     *,
     changes: Changes = None,
     engine: Literal["full", "averaged"] = "full",
+    attitude: Literal["settled", "released"] = "settled",
     box: Box = None,
     nodes: int | None = None,
     duration: str | None = None,
@@ -163,6 +164,9 @@ def basin(
     ----------
     engine
         "full" runs, or the "averaged" model: faster, less exact, and held against full runs from some of the starts.
+    attitude
+        With which the device is let go: "settled" is that which it takes on when held at the start, "released" that of
+        the scenario's own start, as "simulate" lets go. Full runs only.
     nodes
         Starts along each side; default 7 with full runs, 11 with the averaged model.
     duration
@@ -174,6 +178,8 @@ def basin(
     _at_least("--nodes", starts, 2)
     _at_least("--check", check, 1)
     check_outputs(output)
+    if engine == "averaged" and attitude != "settled":
+        raise InputError("--attitude released needs full runs: the averaged model knows settled attitudes only")
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
@@ -187,7 +193,13 @@ def basin(
         compared = None
         if engine == "full":
             caught = orbits.basin(
-                orbit, low=low, high=high, shape=shape, duration=lasting, progress=watch.part(0.1, 1.0)
+                orbit,
+                low=low,
+                high=high,
+                shape=shape,
+                duration=lasting,
+                attitude=attitude,
+                progress=watch.part(0.1, 1.0),
             )
         else:
             caught = orbits.basin_by_flow(

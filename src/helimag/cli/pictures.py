@@ -1,11 +1,16 @@
 """Commands that draw: plot, reproduce."""
 
+import tempfile
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
 from helimag.cli._shared import Json, check_target, print_json, progress_bar
+from helimag.errors import InputError
+
+if TYPE_CHECKING:
+    from helimag.reproduce import Fig4, Reproduction
 
 
 def plot(
@@ -48,25 +53,40 @@ def plot(
 
 
 def reproduce(
-    what: Literal["fig3", "fig4"],
+    what: Literal["fig3", "fig4", "fig5", "table1"],
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path(),
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     json: Json = False,
 ) -> None:
-    """Compute a figure of the paper and print it beside the published values.
+    """Compute a figure or table of the paper and print it beside the published values.
 
     Parameters
     ----------
     what
-        Which figure.
+        Which figure or table.
     output
-        Folder for the figure, the table and the runs.
+        Folder for the figure, the table and the runs; without one, nothing is kept.
     """
+    if what == "fig4" and output is None:
+        raise InputError("--output must name a folder for fig4: its sweeps take minutes and go on there if interrupted")
+    from helimag.reproduce import Fig4
+
+    with tempfile.TemporaryDirectory() as idle:
+        made = _reproduced(what, Path(idle) if output is None else output)
+    files = [] if output is None else [str(path) for path in made.files]
+    if json:
+        told = {"trends": made.trends} if isinstance(made, Fig4) else {"comparison": made.comparison}
+        print_json({"rows": made.rows, **told, "files": files})
+        return
+    print(made.text)
+    if files:
+        print(f"written to {', '.join(files)}")
+
+
+def _reproduced(what: str, folder: Path) -> "Reproduction | Fig4":
     from helimag import reproduce as book
 
     with progress_bar(f"reproducing {what}") as progress:
-        result = book.fig3(output, progress=progress) if what == "fig3" else book.fig4(output, progress=progress)
-    if json:
-        print_json(result.rows)
-    else:
-        print(result.text)
+        if what == "fig4":
+            return book.fig4(folder, progress=progress)
+        return {"fig3": book.fig3, "fig5": book.fig5, "table1": book.table1}[what](folder, progress=progress)

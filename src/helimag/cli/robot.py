@@ -16,7 +16,7 @@ from helimag.cli._robot_reports import (
     print_plan,
 )
 from helimag.cli._shared import Changes, Json, ScenarioName, print_json, progress_bar, scenario_from
-from helimag.errors import InputError
+from helimag.errors import InputError, NotFeasible
 
 if TYPE_CHECKING:
     from helimag.robot import ArmPlan
@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 
 app = App(name="robot", help="From a scenario to a programme that an arm can run, and back from what an arm did.")
 
-CellFile = Annotated[Path | None, Parameter(name="--cell", help="TOML file of the cell; without it, the default cell.")]
+CellFile = Annotated[
+    Path | None, Parameter(name="--cell", help="TOML file of the cell, or wide; without it, the default cell.")
+]
 Unwind = Annotated[
     bool, Parameter(name="--unwind", negative="", help="Let axis 6 turn back in place where it runs into its limit.")
 ]
@@ -41,7 +43,7 @@ def check(
     figure: Path | None = None,
     json: Json = False,
 ) -> None:
-    """Report whether the arm can take the magnet along a scenario's path, and if not, when and why not.
+    """Report whether the arm can take the magnet along a scenario's path; exit status 1 where it cannot, and why.
 
     Parameters
     ----------
@@ -61,6 +63,8 @@ def check(
         print_json(found)
     else:
         print_plan(found)
+    if not plan.feasible:
+        raise NotFeasible(f"the arm cannot run '{plan.scenario.title}': {plan.offence}")
 
 
 @app.command
@@ -88,7 +92,7 @@ def program(
     accept_unbounded
         Write although the simulated run is not bounded, or the device leaves when it goes on; the header then warns.
     spline
-        Write SLIN and SCIRC instead of LIN and CIRC.
+        Write spline motions, in blocks that keep the speed at their points, instead of LIN and CIRC.
     certificate
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate); the header names it by its hash.
     """
@@ -134,7 +138,7 @@ def read_back(
     from helimag.errors import RunError
 
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
-    playback = robot.play(*robot.krl_texts(source), plan.cell.arm)
+    playback = robot.play(*robot.krl_texts(source), plan.cell.arm, inputs=plan.cell.inputs)
     found = robot.deviation(plan, playback)
     if json:
         print_json(deviation_data(found, plan, playback))
@@ -247,7 +251,8 @@ def _log(path: Path, scenario: "Scenario", cell: Path | None) -> Any:
 
     chosen = _cell(cell)
     if path.suffix.lower() == ".src":
-        return robot.log_of_playback(robot.play(*robot.krl_texts(path), chosen.arm, interval=0.1), scenario, chosen)
+        playback = robot.play(*robot.krl_texts(path), chosen.arm, interval=0.1, inputs=chosen.inputs)
+        return robot.log_of_playback(playback, scenario, chosen)
     return robot.read_log(path, chosen)
 
 

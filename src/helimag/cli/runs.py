@@ -1,5 +1,6 @@
 """Commands about single runs: presets, simulate, resistance."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +13,7 @@ from helimag.cli._shared import (
     ScenarioName,
     check_target,
     degrees,
+    leading_words,
     print_json,
     print_warnings,
     progress_bar,
@@ -126,6 +128,18 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "slips": judgement.slips,
         "wobble_deg": degrees(judgement.wobble),
         "attack_angle_deg": degrees(judgement.attack_angle),
+        "contacts": [
+            {
+                "wall": str(touch.wall),
+                "count": touch.count,
+                "first_s": touch.first,
+                "last_s": touch.last,
+                "total_s": touch.total,
+            }
+            for touch in judgement.touches
+        ],
+        "leads": trajectory.leading_end,
+        "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
         "wall_time_s": trajectory.dataset.attrs["wall_time"],
     }
@@ -153,7 +167,13 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
         f"  attack angle  {degrees(judgement.attack_angle):.1f} deg, wobble {degrees(judgement.wobble):.1f} deg"
         " over the second half"
     )
+    print(f"  leads         {leading_words(trajectory.leading_end, trajectory.leading_cosine)}")
     print(f"  slips         {judgement.slips}")
+    for touch in judgement.touches:
+        print(
+            f"  contact       {touch.wall.sentence}: {touch.times}, first at {touch.first:.1f} s, last at "
+            f"{touch.last:.1f} s, {touch.total:.1f} s in all"
+        )
     guesses = [
         f"{path} {mark.partition(':')[0]}" for path, mark in scenario.provenance.items() if "published" not in mark
     ]

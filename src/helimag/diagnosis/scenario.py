@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from helimag.checks import Check, examine, field_axis, step_out_frequency
 from helimag.diagnosis.turn import over_a_turn
-from helimag.geometry import magnet_start
+from helimag.engine import announced, carrying_velocity, start_attitude
+from helimag.geometry import long_axes, magnet_start
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.hydrodynamics.motion import advance_per_turn, roll_resistance, sinking_speeds
 from helimag.scenario import MARKS, Scenario
@@ -93,7 +94,9 @@ def diagnose(scenario: Scenario) -> Diagnosis:
     InputError
         Where drag or weight cannot be computed.
     """
-    matrix = resistance(scenario.device, scenario.fluid)
+    with announced("solving for the drag of this device, once (some ten seconds) ..."):
+        matrix = resistance(scenario.device, scenario.fluid)
+        checks = examine(scenario, thorough=True)
     inverse = mobility(matrix)
     weight, _ = net_weight(scenario.device, scenario.fluid)
     away = np.array(scenario.drive.start) - magnet_start(scenario.drive)
@@ -103,7 +106,7 @@ def diagnose(scenario: Scenario) -> Diagnosis:
     stiffness = scenario.device.magnetic_moment / roll_resistance(inverse)
     advance = advance_per_turn(inverse)
     axis = field_axis(scenario) * math.copysign(1.0, scenario.drive.frequency)
-    level = np.array([1.0, 0.0, 0.0])  # every run starts level along x
+    nose = long_axes(start_attitude(scenario))
     return Diagnosis(
         scenario=scenario,
         pull=forces[0].mean(axis=0),
@@ -115,10 +118,10 @@ def diagnose(scenario: Scenario) -> Diagnosis:
         advance=advance,
         sinking=sinking_speeds(matrix, weight),
         roll_rates=(stiffness * field[0], stiffness * field[1]),
-        at_start=travel(scenario, level, axis, advance),
-        settled=travel(scenario, math.copysign(1.0, float(axis @ level)) * axis, axis, advance),
+        at_start=travel(scenario, nose, axis, advance),
+        settled=travel(scenario, math.copysign(1.0, float(axis @ nose)) * axis, axis, advance),
         sources=sources(scenario),
-        checks=examine(scenario),
+        checks=checks,
     )
 
 
@@ -150,20 +153,6 @@ def travel(scenario: Scenario, nose: Floats, axis: Floats, advance: float) -> Tr
         swims="nose" if towards_nose else "tail",
         thrust=nose if towards_nose else -nose,
     )
-
-
-def carrying_velocity(scenario: Scenario) -> Floats:
-    """Velocity (m/s) at the start that keeps a device where it is below the magnet: the drive's, with its yaw."""
-    drive = scenario.drive
-    if drive.path is not None:
-        spline = drive.path.spline(drive.pitch)
-        moving: Floats = np.array(spline(0.0, 1))
-        velocity, yaw_rate, centre = moving[:3], float(moving[3]), magnet_start(drive)
-    else:
-        velocity, yaw_rate, centre = np.array(drive.velocity), drive.yaw_rate, np.zeros(3)
-    x, y, _ = np.array(drive.start) - centre
-    turned: Floats = velocity + yaw_rate * np.array([-y, x, 0.0])
-    return turned
 
 
 def sources(scenario: Scenario) -> dict[str, list[str]]:

@@ -26,6 +26,7 @@ def as_text(found: Diagnosis) -> str:
         f"  start         {_travel(found.at_start)}",
         f"  settled axis  {_travel(found.settled)}",
     ]
+    lines += [f"  walls         {walls}"] if (walls := _walls(found)) else []
     lines += [f"  {mark:13s} {', '.join(paths)}" for mark, paths in found.sources.items() if paths]
     lines += [
         f"  {'holds' if check.holds else 'DOES NOT HOLD':13s} {check.name}: {check.message}" for check in found.checks
@@ -45,6 +46,17 @@ def _balance(found: Diagnosis) -> str:
         return "nowhere straight below the magnet"
     height = magnet_start(found.scenario.drive)[2] - found.balance_distance
     return f"{1e3 * found.balance_distance:.1f} mm straight below the magnet, at a height of {1e3 * height:.1f} mm"
+
+
+def _walls(found: Diagnosis) -> str:
+    """What floor, surface and walls do to a device that comes to them; nothing where there are none."""
+    workspace = found.scenario.workspace
+    if not workspace.bounded:
+        return ""
+    if not workspace.holds:
+        return "stop a run that comes to them"
+    pull = f"; the surface holds each end with {1e6 * workspace.surface_pull:.3g} uN" if workspace.surface_pull else ""
+    return f"hold a device that comes to them, without friction{pull}"
 
 
 def _travel(travel: Travel) -> str:
@@ -75,6 +87,7 @@ def as_json(found: Diagnosis) -> dict[str, Any]:
         "swimming_speed_m_per_s": found.swimming_speed,
         "sinking_level_m_per_s": found.sinking[0],
         "sinking_upright_m_per_s": found.sinking[1],
+        "walls": "hold" if found.scenario.workspace.holds else "stop" if found.scenario.workspace.bounded else None,
         "at_start": _travel_json(found.at_start),
         "settled": _travel_json(found.settled),
         "sources": found.sources,

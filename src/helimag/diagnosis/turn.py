@@ -39,7 +39,7 @@ def build_turn(magnet_model: Callable[..., Any]) -> wp.Kernel:
         spin = TURN * wp.float64(j) / wp.float64(fields.shape[1])
         pose = RpmPose()
         pose.rotation = rotation
-        pose.moment_axis = rotation * wp.vec3d(ZERO, wp.cos(spin), wp.sin(spin))
+        pose.spin = wp.vec2d(wp.cos(spin), wp.sin(spin))
         field, idle = load(magnets, pose, places[i], wp.vec3d())
         same, force = load(magnets, pose, places[i], moment * wp.normalize(field))
         fields[i, j] = field

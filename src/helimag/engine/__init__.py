@@ -13,16 +13,16 @@ from helimag.engine.kernels import ready
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.methods import DOP853, Method
 from helimag.engine.packing import (
-    arm_position,
     initial_gap,
     pack_bodies,
     pack_drives,
     pack_magnets,
-    start_state,
 )
+from helimag.engine.patience import announced
 from helimag.engine.running import Underway, advance, advancing
 from helimag.engine.simulation import simulate, simulate_many, trajectory_of
 from helimag.engine.slow_times import slow_times
+from helimag.engine.start import angles_of_start, carrying_velocity, forward, start_attitude, start_state
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import (
     MAGNET_MODELS,
@@ -46,10 +46,13 @@ __all__ = [
     "Underway",
     "advance",
     "advancing",
-    "arm_position",
+    "angles_of_start",
+    "announced",
     "build_balance",
     "build_load",
     "build_rates",
+    "carrying_velocity",
+    "forward",
     "initial_gap",
     "lag_vector",
     "pack_bodies",
@@ -59,6 +62,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "slow_times",
+    "start_attitude",
     "start_state",
     "system_of",
     "trajectory_of",

@@ -14,6 +14,7 @@ from helimag.physics.magnetics import FieldSource
 from helimag.scenario import Scenario
 
 FALL_LIMIT = 2.0  # of the initial gap: a device this far below its start is not followed further
+DEPTH_LIMIT = 1e-6  # m: a device this deep in a wall that holds was put there, or squeezed between two
 CONTACT, FALL, FLOOR, SURFACE, WALL = (
     wp.constant(end.flag) for end in (End.CONTACT, End.FALL, End.FLOOR, End.SURFACE, End.WALL)
 )
@@ -40,8 +41,8 @@ def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
             {
                 "contact": scenario.contact_distance,
                 "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
-                "low": scenario.workspace.box[0],
-                "high": scenario.workspace.box[1],
+                "low": np.array(scenario.workspace.box[0]) - (DEPTH_LIMIT if scenario.workspace.holds else 0.0),
+                "high": np.array(scenario.workspace.box[1]) + (DEPTH_LIMIT if scenario.workspace.holds else 0.0),
                 "tail": scenario.device.tail_length,
                 "head_radius": scenario.device.head_radius,
                 "tail_radius": scenario.device.tail_radius,

@@ -10,6 +10,7 @@ from helimag.engine.slow_times import slow_times
 from helimag.outcomes import End
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.heights import Heights
+from helimag.runs.touches import Touch, touches_from
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -71,7 +72,19 @@ class History:
             initial_gap=initial_gap(self.scenario),
             end=self.status,
             slow=slow_times(self.scenario),
+            touches=self.touches,
         )
+
+    @property
+    def touches(self) -> tuple[Touch, ...]:
+        """Contacts with each wall that was touched."""
+        return touches_from(self.contacts)
+
+    @property
+    def contacts(self) -> dict[str, Floats]:
+        """Count, first and last time, and total (s) of contacts with each wall, at its number: (6,) each."""
+        kept = self.progress["touches"]
+        return {name: np.asarray(kept[name], dtype=np.float64) for name in ("count", "first", "last", "total")}
 
     def judge(self) -> Judgement:
         """Gain and verdict."""

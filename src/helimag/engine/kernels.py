@@ -5,7 +5,7 @@ import warp as wp
 from helimag.engine.patience import announced
 from helimag.errors import FileError, InputError
 
-COMPILING = "compiling its kernels for this machine, once (about ten seconds) ..."
+COMPILING = "compiling a kernel for this machine and keeping it (about ten seconds) ..."
 
 
 def check_device(device: str) -> None:

@@ -22,6 +22,7 @@ from helimag.engine.samples import (
 )
 from helimag.engine.synchrony import Synchrony, lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates
+from helimag.engine.touches import Touches, touches_with
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer, moment_of
 from helimag.physics.kinematics import State, head_position, rotation_matrix
@@ -49,6 +50,7 @@ class Progress:
     rejected: wp.int64
     synchrony: Synchrony
     statistics: Statistics
+    touches: Touches
 
 
 @cache
@@ -112,6 +114,8 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
     """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
     drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)
+    touched = system.medium.touched
+    watched = touched is not None
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
@@ -148,6 +152,8 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
                     p.statistics = statistics_with(p.statistics, dt, p.state, new)
                     p.time = t
                     p.state = new
+                    if wp.static(watched):
+                        p.touches = touches_with(p.touches, touched(here, new, k0), t, dt)
                     p.steps += wp.int64(1)
                 elif outcome == REJECTED:
                     p.rejected += wp.int64(1)
@@ -155,8 +161,10 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
                         p.status = NOT_FINITE
                 left -= 1
             if p.time >= end or p.status != RUNNING:
-                records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips)
+                records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips, p.touches.lately)
                 p.statistics = statistics_from(p.time, p.state)
+                if wp.static(watched):
+                    p.touches.lately = wp.int32(0)
                 p.sample += 1
                 if p.status == RUNNING and p.time >= schedule.duration:
                     p.status = HORIZON

@@ -23,7 +23,8 @@ class Medium:
     ----------
     response
         ``response(body, here, position, rotation, load)``: velocity (m/s) and angular velocity (rad/s) that a load
-        (N, N m) gives the device, all in the body frame: its mobility, which may depend on where it is.
+        (N, N m) gives the device, all in the body frame: its mobility, which may depend on where it is. Linear in the
+        load, but where walls hold.
     local
         ``local(surroundings, position, rotation)``: what ``response`` needs to know of the surroundings there
         (``here``). It is asked once a step, for the step's middle: for what changes little while the magnet turns
@@ -31,11 +32,15 @@ class Medium:
     pack
         ``pack(scenarios, device)``: an array of surroundings, one a scenario, on the device; those of a scenario that
         is in another medium are never looked at.
+    touched
+        ``touched(here, state, rates)``: bits of the walls that push a device whose state has these rates; None
+        where no wall does.
     """
 
     response: wp.Function = open_water
     local: wp.Function = nothing_near
     pack: Callable[[Sequence[Scenario], str], wp.array] = _nothing_around
+    touched: wp.Function | None = None
 
     @property
     def surroundings_type(self) -> Any:

@@ -11,7 +11,7 @@ from helimag.engine.packing import pack_drives, pack_magnets
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import System, build_load, system_of
 from helimag.physics.kinematics import State, head_position
-from helimag.physics.magnetics import FieldSource, phased_axis
+from helimag.physics.magnetics import FieldSource, moment_axis
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -38,10 +38,9 @@ def build_observe(system: System) -> wp.Kernel:
         field, force = load(magnets, pose, head_position(states[i]), wp.vec3d())
         lag = lag_vector(field, states[i])
         positions[i] = pose.position
-        rotation_axis = wp.vec3d(pose.rotation[0, 0], pose.rotation[1, 0], pose.rotation[2, 0])
         moment = wp.vec3d()
         for j in range(magnets.shape[0]):
-            moment += magnets[j].moment * phased_axis(magnets[j], pose.moment_axis, rotation_axis)
+            moment += magnets[j].moment * moment_axis(magnets[j], pose.rotation, pose.spin)
         moments[i] = moment
         fields[i] = field
         lags[i] = wp.atan2(lag[1], lag[0])

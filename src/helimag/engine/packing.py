@@ -24,12 +24,7 @@ THICKEST_SLICE = 1.0  # of the diameter; a thicker cylinder is cut into slices, 
 
 def initial_gap(scenario: Scenario) -> float:
     """Input u of the gain: height difference of RPM and device at the start (m), eq. (5)."""
-    return abs(float(arm_position(scenario)[2]) - scenario.drive.start[2])
-
-
-def arm_position(scenario: Scenario) -> Floats:
-    """Position of the RPM at t = 0, lab frame (m)."""
-    return magnet_start(scenario.drive)
+    return abs(float(magnet_start(scenario.drive)[2]) - scenario.drive.start[2])
 
 
 def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
@@ -62,7 +57,7 @@ def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
         ArmMotion,
         [
             {
-                "arm": arm_position(scenario),
+                "arm": magnet_start(scenario.drive),
                 "velocity": scenario.drive.velocity,
                 "yaw_rate": scenario.drive.yaw_rate,
                 "spin_rate": 2.0 * math.pi * scenario.drive.frequency,
@@ -124,8 +119,3 @@ def multipoles(moment: float, radius: float, height: float) -> Floats:
     legendre = np.polynomial.legendre.legvander(half / distance, orders - 1)
     powers = distance[:, None] ** np.arange(orders)
     return np.asarray(moment / half * (weights / 2.0) @ (powers * legendre))[1::2]
-
-
-def start_state(scenario: Scenario) -> Floats:
-    """Where every run begins: at ``drive.start``, the long axis along x (7,)."""
-    return np.array([*scenario.drive.start, 1.0, 0.0, 0.0, 0.0])

@@ -16,7 +16,8 @@ from helimag.engine.history import History
 from helimag.engine.kernels import check_device, ready
 from helimag.engine.loop import build_advance
 from helimag.engine.methods import DOP853, Method
-from helimag.engine.packing import pack_bodies, start_state
+from helimag.engine.packing import pack_bodies
+from helimag.engine.start import start_state
 from helimag.engine.system import System, system_of
 from helimag.errors import InputError
 from helimag.scenario import Scenario

@@ -66,6 +66,7 @@ class Record:
 
     state: State
     slips: wp.int32  # turns slipped so far
+    walls: wp.int32  # bits of the walls that pushed, by their numbers
     low: wp.float64  # lowest head, m
     high: wp.float64  # highest head, m
     height: wp.float64  # mean, m
@@ -99,11 +100,12 @@ def statistics_with(stats: Statistics, dt: wp.float64, old: State, new: State) -
 
 
 @wp.func
-def record_of(stats: Statistics, t: wp.float64, state: State, slips: int) -> Record:
+def record_of(stats: Statistics, t: wp.float64, state: State, slips: int, walls: int) -> Record:
     """The sample that ends an interval at ``t``."""
     record = Record()
     record.state = state
     record.slips = slips
+    record.walls = walls
     record.low = stats.low
     record.high = stats.high
     record.height = state[2]

@@ -41,7 +41,7 @@ def simulate(
     duration, interval
         Instead of the scenario's own: seconds, or text with a unit.
     initial_state
-        (7,): head position (m) and quaternion w, x, y, z; default the scenario's start, level along x.
+        (7,): head position (m) and quaternion w, x, y, z; default the scenario's start.
     tolerance
         Of one step, see :func:`advance`.
     device
@@ -85,7 +85,7 @@ def simulate_many(
     scenarios
         At least one; they may differ in everything.
     initial_states
-        (runs, 7): head position (m) and quaternion w, x, y, z; default each scenario's start, level along x.
+        (runs, 7): head position (m) and quaternion w, x, y, z; default each scenario's start.
     tolerance
         Of one step, see :func:`advance`.
     device
@@ -143,6 +143,7 @@ def trajectory_of(history: History) -> Trajectory:
             "attack_mean": heights.attack,
             "attack_mean_square": heights.attack_square,
             "slips": history.slips,
+            **_contacts(history),
         },
         {
             "name": scenario.title,
@@ -161,6 +162,14 @@ def trajectory_of(history: History) -> Trajectory:
             "wall_time": history.wall_time,
         },
     )
+
+
+def _contacts(history: History) -> dict[str, Floats]:
+    """Which walls pushed between samples, and the contacts with each; nothing where none can."""
+    if not history.scenario.workspace.holds:
+        return {}
+    by_wall = {f"contact_{name}": values for name, values in history.contacts.items()}
+    return {"walls": history.records["walls"], **by_wall}
 
 
 def _slowness(heights: Heights) -> dict[str, object]:

@@ -11,6 +11,7 @@ from typing import Any
 
 import warp as wp
 
+from helimag.engine.contact import held_in
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.walls import NEAR_WALLS
 from helimag.physics import magnetics
@@ -24,7 +25,7 @@ from helimag.physics.kinematics import (
     sampled_rpm_pose,
     state_rates,
 )
-from helimag.physics.magnetics import FieldSource, phased_axis
+from helimag.physics.magnetics import FieldSource, moment_axis
 from helimag.scenario import Scenario
 
 MAGNET_MODELS = {"dipole": magnetics.point_dipole, "cylinder": magnetics.cylinder}
@@ -60,7 +61,8 @@ def system_of(scenario: Scenario) -> System:
     pose = rpm_pose if scenario.drive.path is None else sampled_rpm_pose
     workspace, device = scenario.workspace, scenario.device
     near = bool(device.hydrodynamics.near_walls) and not (workspace.floor is None and workspace.surface is None)
-    return System(MAGNET_MODELS[scenario.magnet[0].field], pose, NEAR_WALLS if near else OPEN_WATER)
+    medium = NEAR_WALLS if near else OPEN_WATER
+    return System(MAGNET_MODELS[scenario.magnet[0].field], pose, held_in(medium) if workspace.holds else medium)
 
 
 @cache
@@ -71,10 +73,9 @@ def build_load(magnet_model: Callable[..., Any]) -> wp.Function:
     def load(magnets: wp.array(dtype=FieldSource), pose: RpmPose, head: wp.vec3d, m: wp.vec3d):
         field = wp.vec3d()
         force = wp.vec3d()
-        rotation_axis = wp.vec3d(pose.rotation[0, 0], pose.rotation[1, 0], pose.rotation[2, 0])
         for j in range(magnets.shape[0]):
             r = head - pose.position - pose.rotation * magnets[j].offset
-            axis = phased_axis(magnets[j], pose.moment_axis, rotation_axis)
+            axis = moment_axis(magnets[j], pose.rotation, pose.spin)
             field_j, force_j = magnet_model(magnets[j], r, axis, m)
             field += field_j
             force += force_j

@@ -15,6 +15,8 @@ from helimag.physics.walls import FloorAndSurface, Symmetric, WallGrid, near_wal
 from helimag.scenario import Device, Fluid, Scenario
 
 UPPER = np.triu_indices(6)
+# tables hold a wall below the device: one above is seen after half a turn about x, which turns y and z round
+OVERHEAD = np.outer(*[np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])] * 2)
 
 
 def pack_walls(scenarios: Sequence[Scenario], device: str) -> wp.array:
@@ -43,9 +45,11 @@ def _grid(body: Device, fluid: Fluid, kind: Any, device: str) -> Any:
     with announced(f"making the table of drag near the {kind} for this device, once (some minutes) ..."):
         table = wall_table(body, kind)
     free = resistance(body, fluid)
-    changes = np.ascontiguousarray(mobility_changes(table, free, fluid.viscosity)[..., UPPER[0], UPPER[1]])
+    seen = mobility_changes(table, free, fluid.viscosity) * (OVERHEAD if kind == "surface" else 1.0)
+    changes = np.ascontiguousarray(seen[..., UPPER[0], UPPER[1]])
     grid = WallGrid()
     grid.middle = table.middle
+    grid.least = table.gaps[0]
     grid.low, grid.high = np.log(table.gaps[[0, -1]])
     grid.least_tilt, grid.turning, grid.most_tilt = table.tilts[0, 0], table.tilts[1, 0], table.tilts[1, -1]
     grid.reach = wp.array(table.reach, dtype=wp.float64, device=device)

@@ -3,7 +3,6 @@
 import warp as wp
 
 from helimag.physics.kinematics import State, rotation_matrix
-from helimag.physics.magnetics import magnetic_torque
 
 ZERO = wp.constant(wp.float64(0.0))
 
@@ -26,6 +25,12 @@ def moment_of(body: Swimmer, state: State) -> wp.vec3d:
 
 
 @wp.func
+def magnetic_torque(magnetic_moment: wp.float64, field: wp.vec3d) -> wp.vec3d:
+    """Torque (N m) of a ``field`` (T) on the device's moment (A m^2), body frame: m x B of eq. (4), m along y."""
+    return wp.vec3d(magnetic_moment * field[2], ZERO, -magnetic_moment * field[0])
+
+
+@wp.func
 def gravity_torque(up: wp.vec3d, weight_moment: wp.float64) -> wp.vec3d:
     """Torque (N m) of weight less buoyancy about the body origin (eq. 8); ``up`` is the lab's z axis, body frame."""
     return wp.vec3d(ZERO, weight_moment * up[2], -weight_moment * up[1])
@@ -40,9 +45,8 @@ def load_on(body: Swimmer, rotation: wp.mat33d, force: wp.vec3d, field: wp.vec3d
     """
     to_body = wp.transpose(rotation)
     up = wp.vec3d(rotation[2, 0], rotation[2, 1], rotation[2, 2])
-    moment = wp.vec3d(ZERO, body.magnetic_moment, ZERO)
     load = to_body * force - body.net_weight * up
-    torque = magnetic_torque(moment, to_body * field) + gravity_torque(up, body.weight_moment)
+    torque = magnetic_torque(body.magnetic_moment, to_body * field) + gravity_torque(up, body.weight_moment)
     return wp.spatial_vectord(load[0], load[1], load[2], torque[0], torque[1], torque[2])
 
 

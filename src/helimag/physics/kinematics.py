@@ -43,7 +43,7 @@ class RpmPose:
     """The RPM at one instant, lab frame."""
 
     position: wp.vec3d  # m
-    moment_axis: wp.vec3d  # unit vector
+    spin: wp.vec2d  # cosine and sine of the angle that the moment has turned about the rotation axis
     rotation: wp.mat33d  # R_a of eq. (3): arm frame to lab; its first column is the rotation axis
 
 
@@ -65,7 +65,7 @@ def rpm_rotation(cos_yaw: wp.float64, sin_yaw: wp.float64, cos_pitch: wp.float64
 
 @wp.func
 def rpm_pose(drive: ArmMotion, t: wp.float64) -> RpmPose:
-    """Pose of the RPM at time ``t`` (s), eqs (1)-(3), its moment at R_a (0, cos, sin) of the spin angle."""
+    """Pose of the RPM at time ``t`` (s), eqs (1)-(3)."""
     yaw = drive.yaw_rate * t
     spin = drive.spin_rate * t
     cos_yaw = wp.cos(yaw)
@@ -73,7 +73,7 @@ def rpm_pose(drive: ArmMotion, t: wp.float64) -> RpmPose:
     pose = RpmPose()
     pose.rotation = rpm_rotation(cos_yaw, sin_yaw, drive.cos_pitch, drive.sin_pitch)
     pose.position = turn_z(drive.arm, cos_yaw, sin_yaw) + t * drive.velocity
-    pose.moment_axis = pose.rotation * wp.vec3d(ZERO, wp.cos(spin), wp.sin(spin))
+    pose.spin = wp.vec2d(wp.cos(spin), wp.sin(spin))
     return pose
 
 
@@ -101,7 +101,7 @@ def sampled_rpm_pose(drive: SampledMotion, t: wp.float64) -> RpmPose:
     pose = RpmPose()
     pose.rotation = rpm_rotation(wp.cos(knot[3]), wp.sin(knot[3]), wp.cos(knot[4]), wp.sin(knot[4]))
     pose.position = wp.vec3d(knot[0], knot[1], knot[2])
-    pose.moment_axis = pose.rotation * wp.vec3d(ZERO, wp.cos(spin), wp.sin(spin))
+    pose.spin = wp.vec2d(wp.cos(spin), wp.sin(spin))
     return pose
 
 

@@ -9,8 +9,8 @@ ONE = wp.constant(wp.float64(1.0))
 THREE = wp.constant(wp.float64(3.0))
 FIVE = wp.constant(wp.float64(5.0))
 
-HIGHEST_ORDER = wp.constant(15)  # of the multipoles kept for a cylinder
-Multipoles = wp.types.vector(length=8, dtype=wp.float64)  # of the odd orders 1, 3 ... 15, A m^(order + 1)
+HIGHEST_ORDER = wp.constant(19)  # of the multipoles kept for a cylinder
+Multipoles = wp.types.vector(length=10, dtype=wp.float64)  # of the odd orders 1, 3 ... 19, A m^(order + 1)
 
 
 @wp.struct
@@ -114,15 +114,16 @@ def cylinder(magnet: FieldSource, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
 
 
 @wp.func
-def phased_axis(magnet: FieldSource, moment_axis: wp.vec3d, rotation_axis: wp.vec3d) -> wp.vec3d:
-    """Direction of a magnet's moment: the spin's, turned ahead about the rotation axis by the magnet's own phase."""
-    return magnet.cos_phase * moment_axis + magnet.sin_phase * wp.cross(rotation_axis, moment_axis)
-
-
-@wp.func
-def magnetic_torque(m: wp.vec3d, field: wp.vec3d) -> wp.vec3d:
-    """Torque (N m) on a moment ``m`` (A m^2) in the flux density ``field`` (T): m x B of eq. (4)."""
-    return wp.cross(m, field)
+def moment_axis(magnet: FieldSource, rotation: wp.mat33d, spin: wp.vec2d) -> wp.vec3d:
+    """Direction of a magnet's moment, R_a (0, cos, sin) of the spin's angle and the magnet's own phase ahead of it."""
+    along = magnet.cos_phase * spin[0] - magnet.sin_phase * spin[1]
+    ahead = magnet.sin_phase * spin[0] + magnet.cos_phase * spin[1]
+    # by columns: the arm frame's x component is zero
+    return wp.vec3d(
+        along * rotation[0, 1] + ahead * rotation[0, 2],
+        along * rotation[1, 1] + ahead * rotation[1, 2],
+        along * rotation[2, 1] + ahead * rotation[2, 2],
+    )
 
 
 @wp.func

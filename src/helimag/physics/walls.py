@@ -25,8 +25,9 @@ class WallGrid:
     """One table; without nodes where there is no such wall."""
 
     middle: wp.float64  # place along x of the device's middle, m
-    low: wp.float64  # logarithm of the least gap, m
-    high: wp.float64  # and of the largest
+    least: wp.float64  # gap, m
+    low: wp.float64  # its logarithm
+    high: wp.float64  # and that of the largest
     least_tilt: wp.float64  # rad
     turning: wp.float64  # tilt at which nose and tail are equally near, rad
     most_tilt: wp.float64
@@ -70,8 +71,8 @@ def place_on(value: wp.float64, low: wp.float64, high: wp.float64, nodes: int) -
 
 
 @wp.func
-def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64) -> Symmetric:
-    """Change of mobility by a wall ``distance`` (m) from the origin, nose tilted away from it by ``tilt`` (rad)."""
+def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp.float64) -> Symmetric:
+    """Change of mobility by a wall ``distance`` (m) from the origin, nose ``tilt`` (rad) away from it."""
     gaps = grid.changes.shape[1] - 2
     tilts = grid.changes.shape[2] - 2
     side = 0
@@ -84,29 +85,26 @@ def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64) -> Symme
     reach = ZERO
     for c in range(4):
         reach += across[c] * grid.reach[side, column + c]
-    gap = wp.max(distance - reach, wp.exp(grid.low))
+    gap = wp.max(distance - reach, grid.least)
     height = place_on(wp.log(gap), grid.low, grid.high, gaps)
     row = wp.min(int(height), gaps - 2)
-    along = cubic_weights(height - wp.float64(row))
+    along = cubic_weights(height - wp.float64(row)) * (ONE / (gap + reach + grid.middle * sine))
     total = Symmetric()
     for r in range(4):
         for c in range(4):
             total += (along[r] * across[c]) * grid.changes[side, row + r, column + c]
-    return total / (gap + reach + grid.middle * wp.sin(tilt))
+    return total
 
 
 @wp.func
-def full_matrix(upper: Symmetric, sign: wp.float64) -> wp.spatial_matrixd:
-    """A symmetric 6x6 from its upper triangle; with ``sign`` -1 seen after half a turn about the x axis."""
+def full_matrix(upper: Symmetric) -> wp.spatial_matrixd:
+    """A symmetric 6x6 from its upper triangle."""
     matrix = wp.spatial_matrixd()
     k = 0
     for i in range(6):
         for j in range(i, 6):
-            value = upper[k]
-            if (i % 3 == 0) != (j % 3 == 0):
-                value = sign * value
-            matrix[i, j] = value
-            matrix[j, i] = value
+            matrix[i, j] = upper[k]
+            matrix[j, i] = upper[k]
             k += 1
     return matrix
 
@@ -114,14 +112,15 @@ def full_matrix(upper: Symmetric, sign: wp.float64) -> wp.spatial_matrixd:
 @wp.func
 def seen_walls(surroundings: FloorAndSurface, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
     """What floor and surface together take from the mobility at a place: each as if the other were not there."""
-    tilt = wp.asin(wp.clamp(rotation[2, 0], -ONE, ONE))
-    near = NearWalls()
+    sine = wp.clamp(rotation[2, 0], -ONE, ONE)
+    tilt = wp.asin(sine)
+    change = Symmetric()
     if surroundings.near_floor.changes.shape[1] > 0:
-        near.change += full_matrix(change_near(surroundings.near_floor, position[2] - surroundings.floor, tilt), ONE)
+        change += change_near(surroundings.near_floor, position[2] - surroundings.floor, tilt, sine)
     if surroundings.near_surface.changes.shape[1] > 0:
-        near.change += full_matrix(
-            change_near(surroundings.near_surface, surroundings.surface - position[2], -tilt), -ONE
-        )
+        change += change_near(surroundings.near_surface, surroundings.surface - position[2], -tilt, -sine)
+    near = NearWalls()
+    near.change = full_matrix(change)
     return near
 
 

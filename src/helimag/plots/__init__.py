@@ -17,6 +17,7 @@ from helimag.plots._portraits import draw_basin, draw_flow  # noqa: E402
 from helimag.plots._run import draw_run  # noqa: E402
 from helimag.plots._save import save  # noqa: E402
 from helimag.plots._side_by_side import Case, draw_side_by_side  # noqa: E402
+from helimag.plots._straight import StraightRun, draw_straight_runs  # noqa: E402
 from helimag.plots.compare import draw_comparison  # noqa: E402
 from helimag.plots.robot import draw_cell, draw_joints, save_plan  # noqa: E402
 from helimag.plots.sweeps import Passes, draw_passes, draw_sweep, interactive_sweep, save_html  # noqa: E402
@@ -24,6 +25,7 @@ from helimag.plots.sweeps import Passes, draw_passes, draw_sweep, interactive_sw
 __all__ = [
     "Case",
     "Passes",
+    "StraightRun",
     "animate",
     "draw_basin",
     "draw_branches",
@@ -35,6 +37,7 @@ __all__ = [
     "draw_run",
     "draw_side_by_side",
     "draw_stability",
+    "draw_straight_runs",
     "draw_sweep",
     "interactive_sweep",
     "save",

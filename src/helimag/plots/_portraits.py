@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from helimag.engine import arm_position
+from helimag.geometry import magnet_start
 from helimag.orbits import Basin, FixedPoint, Orbit, SlowFlow
 from helimag.outcomes import BasinEnd
 from helimag.plots._style import (
@@ -150,7 +150,7 @@ def _frame(axis: Axes, orbit: Orbit, i: int, j: int, across: tuple[float, float]
 
 def _magnet(axis: Axes, scenario: Scenario, level: float, i: int, j: int) -> None:
     """The magnet's centre, and the sphere within which device and magnet touch: cut by the plane, else in outline."""
-    place = arm_position(scenario)
+    place = magnet_start(scenario.drive)
     radius = scenario.contact_distance
     off = float(place[3 - i - j]) - level
     cut = abs(off) < radius

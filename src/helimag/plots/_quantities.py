@@ -30,7 +30,10 @@ class Shown:
     attack_spread: Floats | None  # deg
     lag: Floats | None  # deg
     slips: Floats | None
+    walls: Floats | None
     scenario: Scenario | None
+    leading_end: str
+    leading_cosine: float
     judgement: Judgement | None
     verdict: str
 
@@ -65,8 +68,11 @@ def shown(trajectory: Trajectory) -> Shown:
         gap=values("gap", 1e3),
         attack=attack,
         attack_spread=attack_spread,
+        leading_end=trajectory.leading_end,
+        leading_cosine=trajectory.leading_cosine,
         lag=values("phase_lag", 180.0 / np.pi),
         slips=values("slips"),
+        walls=values("walls"),
         scenario=None if trajectory.scenario_toml is None else parse(trajectory.scenario_toml, "the run's scenario"),
         judgement=judgement,
         verdict=verdict,
@@ -101,6 +107,11 @@ def _judged(trajectory: Trajectory) -> tuple[Judgement | None, str]:
     return judgement, f"{judgement.verdict}: {judgement.reason}"
 
 
+def touching_spans(run: Shown) -> list[tuple[float, float]]:
+    """Stretches of time (from, to; s) in which a wall pushes the device, between samples or all the while."""
+    return [] if run.walls is None else _spans(run.time, np.flatnonzero(run.walls[1:] > 0.0) + 1)
+
+
 def slipping_spans(run: Shown) -> list[tuple[float, float]]:
     """Stretches of time (from, to; s) in which the device slips against the field.
 
@@ -108,10 +119,14 @@ def slipping_spans(run: Shown) -> list[tuple[float, float]]:
     """
     if run.slips is None:
         return []
+    return _spans(run.time, np.flatnonzero(np.diff(run.slips) > 0.0) + 1, NEAR * float(run.time[-1] - run.time[0]))
+
+
+def _spans(time: Floats, samples: NDArray[np.int64], near: float = 0.0) -> list[tuple[float, float]]:
+    """Stretches of time (from, to; s) that end at these samples; those that are ``near`` (s) each other are one."""
     spans: list[tuple[float, float]] = []
-    near = NEAR * float(run.time[-1] - run.time[0])
-    for last in np.flatnonzero(np.diff(run.slips) > 0.0) + 1:
-        start, end = float(run.time[last - 1]), float(run.time[last])
+    for last in samples:
+        start, end = float(time[last - 1]), float(time[last])
         if spans and start - spans[-1][1] <= near:
             start = spans.pop()[0]
         spans.append((start, end))

@@ -1,6 +1,7 @@
 """One run in one figure: path, height, gap, attack angle, phase lag, and the verdict in words."""
 
 from collections.abc import Callable
+from math import isnan
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,7 +9,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from helimag.plots import _series as series
 from helimag.plots._path import draw_path
-from helimag.plots._quantities import Shown, inputs_of, shown, slipping_spans
+from helimag.plots._quantities import Shown, inputs_of, shown, slipping_spans, touching_spans
 from helimag.plots._style import FULL_WIDTH, MM, styled
 from helimag.runs.trajectory import Trajectory
 
@@ -81,9 +82,12 @@ def _draw_series(figure: SubFigure, panels: list[Callable[[Axes, Shown], None]],
         first = first or axes
         draw(axes, run)
         series.shade_slips(axes, run)
+        series.mark_contacts(axes, run)
         series.limits_of_time(axes, run)
         axes.tick_params(labelbottom=row == len(panels) - 1)
-    axes.set_xlabel("time (s)" + ("; grey: slipping against the field" if slipping_spans(run) else ""))
+    slips = "; grey: slipping against the field" if slipping_spans(run) else ""
+    contacts = "; red bar: a wall pushes" if touching_spans(run) else ""
+    axes.set_xlabel(f"time (s){slips}{contacts}")
     figure.align_ylabels()
 
 
@@ -94,5 +98,6 @@ def _title(run: Shown) -> str:
         judgement = run.judgement
         ratio = f"{1e3 * judgement.output:.1f} mm / {1e3 * judgement.input:.1f} mm"
         slips = "" if run.slips is None else f";  slips: {judgement.slips}"
-        lines.append(f"gain = y / u = {ratio} = {judgement.gain:.3f}{slips}")
+        leads = "" if isnan(run.leading_cosine) else f";  leads: {run.leading_end}, cosine {run.leading_cosine:+.2f}"
+        lines.append(f"gain = y / u = {ratio} = {judgement.gain:.3f}{slips}{leads}")
     return "\n".join(lines)

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from helimag.plots._quantities import Shown, lag_in_step, slipping_spans
+from helimag.plots._quantities import Shown, lag_in_step, slipping_spans, touching_spans
 from helimag.plots._style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 
 Floats = NDArray[np.float64]
@@ -57,6 +57,12 @@ def shade_slips(axes: Axes, run: Shown) -> None:
     """Shade where the device slips against the field."""
     for start, end in slipping_spans(run):
         axes.axvspan(start, end, color="#EDEDED", linewidth=0.0, zorder=0)
+
+
+def mark_contacts(axes: Axes, run: Shown) -> None:
+    """A bar along the time axis where a wall pushes the device."""
+    for start, end in touching_spans(run):
+        axes.axvspan(start, end, 0.0, 0.035, color=VERMILLION, linewidth=0.0, zorder=1)
 
 
 def limits_of_time(axes: Axes, run: Shown) -> None:

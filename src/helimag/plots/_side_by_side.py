@@ -76,7 +76,7 @@ def _draw_key(figure: Figure, path: Axes, line: Line3DCollection) -> None:
     marks, names = path.get_legend_handles_labels()
     figure.legend(
         [*marks, Line2D([], [], color=SKY, linewidth=0.8), Line2D([], [], **PUBLISHED)],
-        [*names, "twins: start 10 µm off", "time given in the paper"],
+        [*names, "twins: start 0.05 mm off", "time given in the paper"],
         loc="center left",
         bbox_to_anchor=(0.36, 0.055),
         ncols=3,

@@ -84,8 +84,11 @@ def _summary(comparison: Comparison) -> str:
     numbers = comparison.numbers
     measured, simulated = numbers["measured"], numbers["simulated"]
     low, high = measured["gain_95"]
+    note = [] if comparison.really_measured else [f"'measured' is a simulation itself ({measured['source']})"]
     return "\n".join(
         [
+            *note,
+            f"common time {numbers['from_s']:.2f} s to {numbers['until_s']:.2f} s",
             f"gain measured {measured['gain']:.4f}, 95 % {low:.4f} to {high:.4f}",
             f"gain simulated {simulated['gain']:.4f}",
             f"|y| measured {1e3 * measured['output_y_m']:.3f} mm, simulated {1e3 * simulated['output_y_m']:.3f} mm",

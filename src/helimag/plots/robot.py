@@ -111,7 +111,7 @@ def draw_cell(plan: ArmPlan) -> Figure:
         parts = capsules(plan.cell, plan.joints[shown], reach)
         for axes in (whole, close):
             for obstacle in plan.cell.obstacle:
-                if axes is whole or obstacle.name != "table":
+                if axes is whole or obstacle is plan.cell.tank:
                     _draw_box(axes, 1e3 * np.array(obstacle.low), 1e3 * np.array(obstacle.high))
             _draw_arm(axes, parts.begin, parts.end, parts.names)
             axes.plot(*(1e3 * poses.position.T), color=VERMILLION, linewidth=1.0)

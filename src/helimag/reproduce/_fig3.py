@@ -1,4 +1,4 @@
-"""Fig. 3 of the paper: three half-hour runs, each with twins that start 10 um away, beside the published values."""
+"""Fig. 3 of the paper: three half-hour runs, each with twins that start beside it, beside the published values."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from helimag.engine import trajectory_of
 from helimag.ensembles import Ensemble, Perturbation, ensembles
 from helimag.errors import FileError
-from helimag.reproduce._table import DISPLACEMENT, as_text, fig3_rows, write_csv, write_json
+from helimag.orbits import explain
+from helimag.reproduce._table import DISPLACEMENT, as_text, case_rows, fig3_rows, write_csv, write_json
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
 
@@ -25,9 +26,13 @@ SIMULATED = 0.85  # share of the time that the runs take; the rest is drawing
 
 @dataclass(frozen=True, kw_only=True)
 class Reproduction:
-    """Computed beside published: rows for machines, the same as a table for people, and the files written."""
+    """Computed beside published: rows for machines, the same as a table for people, and the files written.
+
+    ``rows`` has one entry for each run, ``comparison`` one for each published value.
+    """
 
     rows: list[dict[str, Any]]
+    comparison: list[dict[str, Any]]
     text: str
     files: tuple[Path, ...]
 
@@ -45,8 +50,8 @@ def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None)
     Returns
     -------
     Reproduction
-        Its rows have run, quantity, unit, published, computed, difference, twins, twins_q05, twins_q50, twins_q95,
-        remark and source.
+        Its rows have case, verdict, escape_time_s, gain_700_s, gain, orbit_stable and more; its comparison has run,
+        quantity, unit, published, computed, difference, twins, twins_q05, twins_q50, twins_q95, remark and source.
 
     Raises
     ------
@@ -58,7 +63,7 @@ def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None)
     from helimag import plots  # first: half a minute of work must not end in a missing package
 
     report = progress or (lambda _: None)
-    target = _made(folder)
+    target = made(folder)
     displaced = Perturbation(displacement=DISPLACEMENT)
     found = ensembles(
         [load(name) for name in RUNS],
@@ -68,24 +73,27 @@ def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None)
         progress=lambda done: report(SIMULATED * done),
     )
     trajectories = [trajectory_of(each.nominal) for each in found]
-    rows = fig3_rows(found)
-    text = as_text(rows)
+    outlooks = [explain(trajectory) for trajectory in trajectories]
+    rows = case_rows(found, outlooks, [trajectory.leading_end for trajectory in trajectories])
+    comparison = fig3_rows(found)
+    text = as_text(comparison)
     report(SIMULATED)
-    figure = plots.draw_side_by_side(_cases(found, trajectories, rows))
+    figure = plots.draw_side_by_side(_cases(found, trajectories, comparison))
     files = [target / f"fig3.{suffix}" for suffix in ("png", "svg", "pdf")]
     for path in files:
         plots.save(figure, path)
     files += [target / "fig3.csv", target / "fig3.json"]
-    write_csv(rows, files[3])
-    write_json(rows, files[4])
+    write_csv(comparison, files[3])
+    write_json({"rows": rows, "comparison": comparison}, files[4])
     for trajectory, name in zip(trajectories, RUNS, strict=True):
         files.append(target / f"{Path(name).name}.nc")
         trajectory.save(files[-1])
     report(1.0)
-    return Reproduction(rows=rows, text=text, files=tuple(files))
+    return Reproduction(rows=rows, comparison=comparison, text=text, files=tuple(files))
 
 
-def _made(folder: str | Path) -> Path:
+def made(folder: str | Path) -> Path:
+    """The folder, made where it does not exist."""
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)

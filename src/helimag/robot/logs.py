@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
+from helimag.engine import angles_of_start
 from helimag.errors import InputError
 from helimag.geometry import turn
 from helimag.robot.arm.cell import Cell
 from helimag.robot.arm.frames import frames, inverse, rotation
 from helimag.robot.arm.path import magnet_path, motor_angle
+from helimag.robot.krl.comparison import on_path
 from helimag.robot.krl.interpreter import Playback
 from helimag.robot.timed import Table
 from helimag.runs import read_table
@@ -117,8 +119,13 @@ def log_of(table: Table, reversed_axis: bool) -> Log:
 
 
 def log_of_playback(playback: Playback, scenario: Scenario, cell: Cell) -> Log:
-    """What a programme does in a cell, as a log without a motor, its axis the way round that fits the start."""
-    keep = np.append(np.diff(playback.time) > CLOSEST, True)
+    """What a programme does in a cell along its path, as a log without a motor.
+
+    The axis is the way round that fits the start. What comes before the path begins, and the way up at its end, are no
+    part of the run.
+    """
+    playback = on_path(cell, playback)
+    keep = np.append(np.diff(playback.time) > CLOSEST, True) & (playback.time >= -CLOSEST)
     time = playback.time[keep]
     start = magnet_path(scenario).at(np.zeros(1)).axis[0]
     pose = playback.tool(cell)
@@ -153,11 +160,14 @@ def replayed(scenario: Scenario, log: Log, source: str) -> Scenario:
         "pitch": pitch.tolist(),
         "phase": (phase - 2.0 * math.pi * round(float(phase[0]) / (2.0 * math.pi))).tolist(),
     }
+    # an arm's first moments say little of where it goes: the end that leads is the scenario's own
+    pinned = {} if scenario.drive.heading is None else {"drive.heading": angles_of_start(scenario)}
     return scenario.replaced(
         {
             "drive.path": path,
             "drive.yaw_rate": 0.0,
             "drive.velocity": (0.0, 0.0, 0.0),
+            **pinned,
             "run.duration": min(scenario.run.duration, float(log.time[-1])),
             "provenance": {**scenario.provenance, "drive.path": f"measured: {source}"},
         }

@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-from helimag.errors import FileError, InputError
+from helimag.errors import FileError, InputError, NotFeasible
 from helimag.files import replacing
 from helimag.proof import Certificate, line, require_covered
 from helimag.robot.arm.cell import Cell
 from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.krl.comparison import Deviation, deviation
 from helimag.robot.krl.interpreter import play
+from helimag.robot.krl.sequence import lead_time
 from helimag.robot.krl.writer import checked_name, name_for, write_krl
 from helimag.robot.rehearsal import Gate, checked_run, gate, rehearse, shown
 from helimag.robot.report import remedies, report
@@ -45,15 +46,17 @@ def write_programme(
         Write although the run's verdict is not bounded, or the device leaves when the run goes on; the header then
         carries a warning.
     spline
-        Write SLIN and SCIRC instead of LIN and CIRC.
+        Write spline motions, in blocks that keep the speed at their points, instead of LIN and CIRC.
     certificate
         A proof of the scenario's orbit, which the header then names by its hash. One of another scenario is refused, as
         is one for a programme with unwindings, which no theorem about an even drive covers.
 
     Raises
     ------
+    NotFeasible
+        Where the arm cannot do it.
     InputError
-        Where the plan is not feasible, the run is not the programme's, nothing shows that the device stays and that was
+        Where the run is not the programme's, nothing shows that the device stays and that was
         not accepted, a name does not fit, or the programme read back differs from the plan.
     FileError
         Where a file cannot be written.
@@ -86,7 +89,7 @@ def programme_texts(
     warning = [] if judged.passes else [f"WARNING: NOTHING SHOWS THAT THE DEVICE STAYS. {judged.objection}"]
     header = [*warning, *_header(plan, judged), *proof]
     src, dat = write_krl(plan, name, header, spline=spline)
-    found = deviation(plan, play(src, dat, plan.cell.arm))
+    found = deviation(plan, play(src, dat, plan.cell.arm, inputs=plan.cell.inputs))
     if not found.acceptable:
         raise InputError(f"the programme read back is not the plan: {_shown(found)}")
     header.append(f"Read back: {_shown(found)}")
@@ -107,9 +110,9 @@ def _other_texts(plan: ArmPlan, name: str, header: list[str]) -> dict[str, str]:
 
 
 def feasible_or_refused(plan: ArmPlan) -> None:
-    """Raise InputError where the arm cannot run a plan, saying when, which joint and what value, and what to do."""
+    """Raise NotFeasible where the arm cannot run a plan, saying when, which joint and what value, and what to do."""
     if plan.offence is not None:
-        raise InputError(f"the arm cannot run '{plan.scenario.title}': {plan.offence}; {'; or '.join(remedies(plan))}")
+        raise NotFeasible(f"the arm cannot run '{plan.scenario.title}': {plan.offence}; {'; or '.join(remedies(plan))}")
 
 
 def _proof_line(plan: ArmPlan, certificate: Certificate) -> str:
@@ -142,9 +145,25 @@ def _header(plan: ArmPlan, judged: Gate) -> list[str]:
         f"Motor: {rate['frequency [Hz]']:.6f} Hz about the tool's x axis, moment at "
         f"{rate['angle [deg]']:.3f} deg from its y axis "
         "when the path begins",
+        *_for_the_lab(plan),
         "Checked: joint limits and speeds, singularities, arm and magnet against the cell's obstacles",
         "NOT checked: the way from where the arm stands to the first point; the arm against itself and its cables",
     ]
+
+
+def _for_the_lab(plan: ArmPlan) -> list[str]:
+    """Signals, load and the way up, as far as the cell has them."""
+    cell, lines = plan.cell, []
+    if cell.motor is not None:
+        answers = ", ".join(f"$IN[{number}]" for number in sorted(cell.motor.inputs)) or "nothing"
+        lines.append(f"Motor: on with $OUT[{cell.motor.run_output}], waits for {answers}; off on a stop")
+        if cell.motor.phase_input is not None:
+            lines.append(f"Motor: the path begins {lead_time(plan):.6f} s after $IN[{cell.motor.phase_input}] rises")
+    if cell.load is not None:
+        lines.append(f"Load: {cell.load.mass:g} kg")
+    if cell.retreat is not None:
+        lines.append(f"At the end the arm goes up by {1e3 * cell.retreat:g} mm")
+    return lines
 
 
 def _shown(found: Deviation) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from helimag.engine import start_state
 from helimag.errors import InputError
 from helimag.orbits import Outlook, explain
 from helimag.outcomes import End, Verdict
@@ -67,8 +68,8 @@ def checked_run(plan: ArmPlan, run: Trajectory) -> Trajectory:
         )
     time = run.heights.time
     first = np.concatenate([run.dataset["position"].values[0], run.dataset["quaternion"].values[0]])
-    if time[0] != 0.0 or not np.array_equal(first, [*wanted.drive.start, 1.0, 0.0, 0.0, 0.0]):
-        raise InputError(f"run must begin as the scenario does, at 0 s and drive.start, level along x; {remedy}")
+    if time[0] != 0.0 or not np.array_equal(first, start_state(wanted)):
+        raise InputError(f"run must begin as the scenario does, at 0 s, at drive.start and with its heading; {remedy}")
     if run.heights.end is End.HORIZON and time[-1] < WHOLE * plan.duration:
         raise InputError(
             f"run must last as long as the programme, {plan.duration:.6g} s; it stops at {time[-1]:.6g} s; {remedy}"

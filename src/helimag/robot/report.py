@@ -57,6 +57,8 @@ def remedies(plan: ArmPlan) -> list[str]:
                 f"(branch {other.branch}) it would get to {other.until:.0f} s"
             )
         return found
+    if offence.time > plan.path.duration:
+        return ["lower retreat in the cell, or leave it out"]
     return {
         "reach": ["move base.position so that the path is within reach"],
         "singularity": ["move base.position, or lower singularity_margin in the cell"],

@@ -2,11 +2,24 @@
 
 import json
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from helimag.robot.arm.planning import ArmPlan
-from helimag.robot.krl.instructions import Instruction, Order, instructions
+from helimag.robot.krl.instructions import Order
+from helimag.robot.krl.sequence import (
+    AtStart,
+    Awaited,
+    Going,
+    JointSpeed,
+    Output,
+    PathSpeed,
+    Rest,
+    Step,
+    sequence,
+)
 from helimag.robot.krl.writer import checked_name, comment, frame_pose, number
 
 _SCRIPT = '''\
@@ -17,7 +30,7 @@ import json
 from robodk.robolink import ITEM_TYPE_ROBOT, Robolink
 from robodk.robomath import KUKA_2_Pose
 
-# mm and degrees, KUKA's angles; speeds in mm/s and deg/s; waits in s
+# mm and degrees, KUKA's angles; speeds in mm/s and deg/s; waits in s; a rounding of -1 stops
 PROGRAMME = json.loads(r"""
 {data}
 """)
@@ -27,20 +40,26 @@ arm = link.ItemUserPick("Select the arm", ITEM_TYPE_ROBOT)
 arm.setPoseFrame(KUKA_2_Pose(PROGRAMME["base"]))
 arm.setPoseTool(KUKA_2_Pose(PROGRAMME["tool"]))
 arm.setAcceleration(PROGRAMME["acceleration"])
-arm.setRounding(PROGRAMME["rounding"])
-arm.MoveJ(PROGRAMME["start"])
+rounding = None
 for step in PROGRAMME["steps"]:
-    if step["order"] == "wait":
-        arm.Pause(1e3 * step["seconds"])
-    elif step["order"] == "joints":
-        arm.setSpeedJoints(step["speed"])
-        arm.MoveJ(step["target"])
-    elif step["order"] == "turn":
-        arm.setSpeedJoints(step["speed"])
-        arm.MoveL(KUKA_2_Pose(step["target"]))
-    else:
+    order = step["order"]
+    if order == "speed":
         arm.setSpeed(step["speed"])
-        if step["order"] == "arc":
+    elif order == "joint speed":
+        arm.setSpeedJoints(step["speed"])
+    elif order == "output":
+        arm.setDO(step["number"], int(step["on"]))
+    elif order == "input":
+        arm.waitDI(step["number"], int(step["on"]))
+    elif order == "wait":
+        arm.Pause(1e3 * step["seconds"])
+    else:
+        if step["rounding"] != rounding:
+            rounding = step["rounding"]
+            arm.setRounding(rounding)
+        if order == "joints":
+            arm.MoveJ(step["target"])
+        elif order == "arc":
             arm.MoveC(KUKA_2_Pose(step["via"]), KUKA_2_Pose(step["target"]))
         else:
             arm.MoveL(KUKA_2_Pose(step["target"]))
@@ -48,9 +67,10 @@ for step in PROGRAMME["steps"]:
 
 
 def write_robodk(plan: ArmPlan, name: str, header: Sequence[str] = ()) -> str:
-    """The text of a RoboDK script of the same instructions.
+    """The text of a RoboDK script of the same steps.
 
-    RoboDK has no speed for a turn on the spot: that gets a joint speed.
+    RoboDK has one joint speed for all axes: of those that turn, the slowest in the KRL programme sets it. A turn on
+    the spot, for which it has no speed, gets a joint speed too.
 
     Raises
     ------
@@ -64,30 +84,39 @@ def write_robodk(plan: ArmPlan, name: str, header: Sequence[str] = ()) -> str:
         "base": base,
         "tool": tool,
         "acceleration": float(number(1e3 * plan.cell.acceleration, 6)),
-        "rounding": float(number(1e3 * plan.cell.approximation, 6)),
-        "start": [float(number(angle, 8)) for angle in np.degrees(plan.joints[0])],
-        "steps": [_step(plan, order) for order in instructions(plan)],
+        "steps": [entry for step in sequence(plan) for entry in _entries(plan, step)],
     }
     comments = "\n".join("#" + comment(line)[1:] for line in header)
     return _SCRIPT.format(comments=comments, data=json.dumps(data, indent=1, allow_nan=False))
 
 
-def _step(plan: ArmPlan, order: Instruction) -> dict[str, object]:
-    match order.order:
-        case Order.WAIT:
-            return {"order": "wait", "seconds": order.end - order.begin}
-        case Order.JOINTS:
-            speed = order.speed * float(np.degrees(plan.cell.arm.joint_speed[5]))
-            target = [float(number(angle, 8)) for angle in np.degrees(order.target)]
-            return {"order": "joints", "speed": speed, "target": target}
-        case Order.TURN:
-            return {"order": "turn", "speed": float(np.degrees(order.speed)), "target": _shown(order.target)}
-    step: dict[str, object] = {"order": str(order.order), "speed": 1e3 * order.speed, "target": _shown(order.target)}
-    if order.via is not None:
-        step["via"] = _shown(order.via)
-    return step
+def _entries(plan: ArmPlan, step: Step) -> list[dict[str, Any]]:
+    """A step as plain data."""
+    match step:
+        case PathSpeed():
+            return [{"order": "speed", "speed": float(number(1e3 * step.speed, 7))}]
+        case Output():
+            return [{"order": "output", "number": step.number, "on": step.on}]
+        case Awaited():
+            return [{"order": "input", "number": step.number, "on": step.on}]
+        case Rest():
+            return [{"order": "wait", "seconds": float(number(step.seconds, 6))}]
+        case AtStart() | JointSpeed():  # no override here, and one speed for all joints, which a motion carries
+            return []
+    return _motion(plan, step)
 
 
-def _shown(pose: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]") -> list[float]:
-    """A pose (6,) in mm and degrees."""
-    return [float(number(v, 8)) for v in (*(1e3 * pose[:3]), *np.degrees(pose[3:]))]
+def _motion(plan: ArmPlan, step: Going) -> list[dict[str, Any]]:
+    rounding = float(number(1e3 * plan.cell.approximation, 6)) if step.rounded else -1.0
+    joints = [float(number(angle, 8)) for angle in np.degrees(step.target)]
+    target = joints if step.order is Order.JOINTS else _shown(step.target)
+    entry: dict[str, Any] = {"order": str(step.order), "target": target, "rounding": rounding}
+    if step.via is not None:
+        entry["via"] = _shown(step.via)
+    speed = float(number(float(np.degrees(step.rate)), 7))
+    return [{"order": "joint speed", "speed": speed}, entry] if step.rate > 0.0 else [entry]
+
+
+def _shown(pose: NDArray[np.float64]) -> list[float]:
+    """A pose (6,) in mm and degrees, with as many decimals as KRL has."""
+    return [float(number(v, 6)) for v in 1e3 * pose[:3]] + [float(number(v, 8)) for v in np.degrees(pose[3:])]

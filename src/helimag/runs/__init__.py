@@ -6,6 +6,7 @@ from helimag.runs.comparison import Comparison, compare
 from helimag.runs.gain import Judgement, gain_until, judge
 from helimag.runs.heights import Heights, SlowTimes
 from helimag.runs.imported import import_track
+from helimag.runs.leading import leading_end, path_cosine
 from helimag.runs.netcdf import write_netcdf
 from helimag.runs.smoothing import smooth
 from helimag.runs.tables import Columns, read_table
@@ -25,7 +26,9 @@ __all__ = [
     "gain_until",
     "import_track",
     "judge",
+    "leading_end",
     "measurement",
+    "path_cosine",
     "read_table",
     "smooth",
     "versions",

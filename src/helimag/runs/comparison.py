@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.geometry import turn
+from helimag.outcomes import End
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.measurement import NORMAL_95, Measured, gain, output
 from helimag.runs.trajectory import Trajectory
@@ -20,6 +21,7 @@ LATEST = 5.0  # shift in time that the fit tries (s)
 TRIES = 201
 # share by which a shift in time must lessen the rms difference to be used: along a steady path it is undetermined
 WORTH = 0.02
+SIMULATIONS = ("simulated", "rendered", "staged")  # sources of runs that nobody measured
 BEGINNING = 0.5  # over which the start is averaged (s)
 
 
@@ -31,10 +33,14 @@ class Comparison:
     ``simulated_time`` and ``simulated_path`` are the simulated run at its own samples, brought to the measured one.
     ``attack_difference`` (n,) is None where either run has no attack angle. The simulated run was moved by
     ``time_shift``, then turned by ``yaw`` about z, then moved by ``translation``. Its gain does not change by that.
+
+    Gains, outputs and verdicts are those of ``measured_part`` and ``simulated_part``: the time that the two share.
     """
 
     measured: Trajectory
     simulated: Trajectory
+    measured_part: Trajectory
+    simulated_part: Trajectory
     time: Floats
     measured_position: Floats
     simulated_position: Floats
@@ -67,12 +73,29 @@ class Comparison:
     @cached_property
     def measured_judgement(self) -> Judgement:
         """Gain and verdict of the measured run, by the slow times of the scenario that was simulated."""
-        return judge(replace(self.measured.heights, slow=self.simulated.heights.slow))
+        return judge(replace(self.measured_part.heights, slow=self.simulated.heights.slow))
+
+    @property
+    def measured_source(self) -> str:
+        """Where the run that is taken as measured comes from; "unknown" where its file does not say."""
+        return str(self.measured.dataset.attrs.get("source", "unknown"))
+
+    @property
+    def really_measured(self) -> bool:
+        """Whether that is not one of helimag's own simulations."""
+        return self.measured_source not in SIMULATIONS
+
+    @property
+    def left_out(self) -> tuple[float, float]:
+        """How long (s) either run lasts beyond the time that the two share."""
+        pairs = ((self.measured, self.measured_part), (self.simulated, self.simulated_part))
+        whole, part = ([float(np.ptp(_values(run, "time"))) for run in runs] for runs in zip(*pairs, strict=True))
+        return whole[0] - part[0], whole[1] - part[1]
 
     @property
     def agrees(self) -> bool:
         """Whether both have the same verdict and the simulated gain lies in the measured gain's 95 % interval."""
-        same = self.measured_judgement.verdict == self.simulated.verdict
+        same = self.measured_judgement.verdict == self.simulated_part.verdict
         slack = 1e-9 * self.simulated_gain  # of rounding
         return bool(same and self.measured_gain.low - slack <= self.simulated_gain <= self.measured_gain.high + slack)
 
@@ -97,7 +120,10 @@ class Comparison:
             "share_within_95": float(within[known].mean()) if known.any() else None,
             "attack_difference_rms_deg": None if attack is None else float(np.degrees(np.sqrt(np.mean(attack**2)))),
             "attack_difference_mean_deg": None if attack is None else float(np.degrees(np.mean(attack))),
+            "left_out_s": dict(zip(("measured", "simulated"), self.left_out, strict=True)),
             "measured": {
+                "source": self.measured_source,
+                "really_measured": self.really_measured,
                 "gain": self.measured_gain.value,
                 "gain_95": [self.measured_gain.low, self.measured_gain.high],
                 "output_y_m": self.measured_output.value,
@@ -108,8 +134,8 @@ class Comparison:
             "simulated": {
                 "gain": self.simulated_gain,
                 "output_y_m": self.simulated_output,
-                "verdict": str(self.simulated.verdict),
-                "reason": self.simulated.judgement.reason,
+                "verdict": str(self.simulated_part.verdict),
+                "reason": self.simulated_part.judgement.reason,
             },
             "agrees": self.agrees,
         }
@@ -127,10 +153,12 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
         "fit": turned about the vertical, moved and shifted in time (up to 5 s) for the least rms difference; the
         vertical itself is never tilted.
 
+    Gains and verdicts are those of the time that both cover; the input of the gain is that of each run's own start.
+
     Raises
     ------
     InputError
-        Where the runs share less than two samples.
+        Where the runs share less than two samples of either.
     """
     if align not in ("fit", "start", "none"):
         raise InputError(f"align must be fit, start or none; got {align!r}")
@@ -153,10 +181,14 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
     attack_sd = np.zeros(time.size)
     if "attack_angle_sd" in measured.dataset:
         attack_sd = _values(measured, "attack_angle_sd")[inside]
-    own_gain, own_output = gain(measured), output(measured)
+    measured_part = _within(measured, time[0], time[-1])
+    simulated_part = _within(simulated, time[0] - shift, time[-1] - shift)
+    own_gain, own_output = gain(measured_part), output(measured_part)
     return Comparison(
         measured=measured,
         simulated=simulated,
+        measured_part=measured_part,
+        simulated_part=simulated_part,
         time=time,
         measured_position=_values(measured, "position")[inside],
         simulated_position=_at(simulated, "position", time - shift) @ turned.T + move,
@@ -170,10 +202,31 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
         yaw=yaw,
         translation=move,
         measured_output=own_output,
-        simulated_output=simulated.judgement.output,
+        simulated_output=simulated_part.judgement.output,
         measured_gain=own_gain,
-        simulated_gain=simulated.gain,
+        simulated_gain=simulated_part.gain,
     )
+
+
+def _within(run: Trajectory, first: float, last: float) -> Trajectory:
+    """The part of a run between two times (s) on its own clock; the run itself where that is all of it."""
+    time = _values(run, "time")
+    slack = 1e-9 * max(1.0, abs(float(time[-1])))
+    kept = np.flatnonzero((time >= first - slack) & (time <= last + slack))
+    if kept.size == time.size:
+        return run
+    if kept.size < 2:
+        raise InputError(f"the runs must share two samples of each; one has {kept.size} from {first:g} s to {last:g} s")
+    part = run.dataset.isel(time=kept).copy()
+    if kept[-1] < time.size - 1:
+        part.attrs["end"] = str(End.HORIZON)
+    height = _values(run, "position")[kept[0], 2]
+    for name in ("height_low", "height_high", "height_mean"):  # of the time before the first sample that is kept
+        if name in part:
+            part[name] = part[name].copy(data=np.concatenate([[height], _values(run, name)[kept[1:]]]))
+    if "slips" in part:
+        part["slips"] = part["slips"] - part["slips"].values[0]
+    return Trajectory(part)
 
 
 def _values(run: Trajectory, name: str) -> Floats:

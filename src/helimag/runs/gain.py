@@ -1,5 +1,6 @@
 """Input-output gain (paper, eqs 5-6) and the verdict on a run, simulated or measured alike."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
 from helimag.runs.evidence import STILL, evidence
 from helimag.runs.heights import Heights
+from helimag.runs.touches import Touch, holding
 
 Floats = NDArray[np.float64]
 
@@ -29,11 +31,27 @@ class Judgement:
     slips: int
     wobble: float
     attack_angle: float
+    touches: tuple[Touch, ...] = ()
 
     @property
     def verdict(self) -> Verdict:
         """What becomes of the device."""
         return self.cause.verdict
+
+    @property
+    def contacts(self) -> int:
+        """How often the device came to a wall that held it."""
+        return sum(touch.count for touch in self.touches)
+
+    @property
+    def contact_time(self) -> float:
+        """How long walls held the device, each wall's time added (s)."""
+        return math.fsum(touch.total for touch in self.touches)
+
+    @property
+    def first_contact(self) -> float | None:
+        """When the device first came to such a wall (s); None where it never did."""
+        return min((touch.first for touch in self.touches), default=None)
 
 
 def judge(run: Heights) -> Judgement:
@@ -86,6 +104,7 @@ def judge(run: Heights) -> Judgement:
         slips=run.slips,
         wobble=float(np.sqrt(max(variance, 0.0))),
         attack_angle=attack_angle,
+        touches=run.touches,
     )
 
 
@@ -123,6 +142,10 @@ def _cause(run: Heights) -> tuple[Reason, str, float | None]:
     cause, end_time = run.end.cause, float(run.time[-1])
     if cause is not None and cause is not Reason.FELL_BEHIND:
         return cause, cause.text(time=end_time), end_time
+    if run.end is not End.FALL:
+        held = holding(run.touches, run.time)
+        if held is not None:
+            return held.wall.cause, held.text(), held.first
     since = _fallen_since(run)
     if since is None:
         return *evidence(run), None

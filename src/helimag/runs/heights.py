@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.outcomes import End
+from helimag.runs.touches import Touch
 
 Floats = NDArray[np.float64]
 
@@ -54,6 +55,7 @@ class Heights:
     initial_gap: float
     end: End
     slow: SlowTimes | None = None
+    touches: tuple[Touch, ...] = ()
 
     @property
     def span(self) -> float:

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.outcomes import End, Verdict
+from helimag.outcomes import End, Limit, Verdict, cf_masks
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.heights import Heights, SlowTimes
+from helimag.runs.leading import leading_end, path_cosine
 from helimag.runs.netcdf import read_netcdf, write_netcdf
+from helimag.runs.touches import Touch, touches_from
 from helimag.runs.validation import check_run
 
 if TYPE_CHECKING:
@@ -37,6 +39,11 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "attack_mean": (("time",), "rad", "mean attack angle since the sample before"),
     "attack_mean_square": (("time",), "rad2", "mean squared attack angle since the sample before"),
     "slips": (("time",), "1", "turns slipped against the field so far"),
+    "walls": (("time",), "1", "walls that pushed since the sample before, as bits"),
+    "contact_count": (("wall",), "1", "how often the device came to each wall"),
+    "contact_first": (("wall",), "s", "when it first did; 0 where it never did"),
+    "contact_last": (("wall",), "s", "when each wall last pushed; 0 where it never did"),
+    "contact_total": (("wall",), "s", "how long each wall pushed"),
     "position_covariance": (
         ("time", "axis", "other_axis"),
         "m2",
@@ -79,7 +86,11 @@ class Trajectory:
             name: (VARIABLES[name][0], values, {"units": VARIABLES[name][1], "long_name": VARIABLES[name][2]})
             for name, values in variables.items()
         }
-        return cls(xarray.Dataset(data, coordinates, {"Conventions": "CF-1.11", **attributes}))
+        dataset = xarray.Dataset(data, coordinates, {"Conventions": "CF-1.11", **attributes})
+        if "walls" in variables:
+            dataset = dataset.assign_coords(wall=[str(wall) for wall in Limit])
+            dataset["walls"].attrs |= cf_masks(Limit)
+        return cls(dataset)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -142,13 +153,36 @@ class Trajectory:
             initial_gap=float(self.dataset.attrs["initial_gap"]),
             end=End.of(self.dataset.attrs["end"]),
             slow=self._slow_times,
+            touches=self.touches,
         )
+
+    @property
+    def touches(self) -> tuple[Touch, ...]:
+        """Contacts with each wall that held the device; none where walls stop a run."""
+        if "contact_count" not in self.dataset:
+            return ()
+        names = ("count", "first", "last", "total")
+        return touches_from({name: self._values(f"contact_{name}") for name in names})
 
     @property
     def _slow_times(self) -> SlowTimes | None:
         """Those of the scenario, where they are known."""
         fold, lap = (self.dataset.attrs.get(name) for name in ("fold_time", "lap_time"))
         return None if fold is None else SlowTimes(lap=None if lap is None else float(lap), fold=float(fold))
+
+    @cached_property
+    def leading_cosine(self) -> float:
+        """Mean cosine between nose and velocity, weighted by the way gone: 1 head first, -1 helix first.
+
+        nan where the run holds no attitudes, or the device stays in its place.
+        """
+        nowhere = np.full_like(self._values("position"), np.nan)
+        return path_cosine(self._values("position"), self._values("long_axis", nowhere))
+
+    @property
+    def leading_end(self) -> str:
+        """The end in front: ``"head"``, ``"helix"``, or ``"neither"``."""
+        return leading_end(self.leading_cosine)
 
     @property
     def final_state(self) -> Floats:

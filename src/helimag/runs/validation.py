@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from helimag.errors import InputError
-from helimag.outcomes import End
+from helimag.outcomes import End, Limit
 
 if TYPE_CHECKING:
     import xarray
 
-SIZES = {"axis": 3, "other_axis": 3, "component": 4}
+SIZES = {"axis": 3, "other_axis": 3, "component": 4, "wall": len(Limit)}
 LARGEST = 1e12  # SI, of any variable: what no run comes near, and figures can still be drawn of
 NO_CHARACTER = re.compile("[\ud800-\udfff]")  # what Python makes of bytes that are no text
 UNIT = 1e-3  # how far a quaternion's length may be from 1

@@ -20,7 +20,9 @@ from helimag.scenario._fields import (
     Angle,
     AngularRate,
     Frequency,
+    Inertia,
     Length,
+    Mass,
     Quantity,
     Size,
     Time,
@@ -28,13 +30,14 @@ from helimag.scenario._fields import (
 from helimag.scenario._files import load, parse, preset_names
 from helimag.scenario._path import Path
 from helimag.scenario._scenario import MARKS, Scenario, messages, validated
-from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Walls, Workspace
+from helimag.scenario._surroundings import PAPER_TANK, Drive, Fluid, Magnet, Run, Walls, Workspace
 from helimag.scenario.inputs import Input, check_apart, scalar_inputs, varied
 from helimag.scenario.parameters import Parameters
 from helimag.scenario.priors import LogUniform, Normal, Prior, Uniform
 
 __all__ = [
     "MARKS",
+    "PAPER_TANK",
     "Acceleration",
     "Angle",
     "AngularRate",
@@ -46,10 +49,12 @@ __all__ = [
     "Frequency",
     "Helix",
     "Hydrodynamics",
+    "Inertia",
     "Input",
     "Length",
     "LogUniform",
     "Magnet",
+    "Mass",
     "Normal",
     "Parameters",
     "Part",

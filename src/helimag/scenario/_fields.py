@@ -4,7 +4,15 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    Tag,
+    ValidationInfo,
+)
 from pydantic_core import CoreSchema, core_schema
 
 from helimag import quantities as q
@@ -76,8 +84,22 @@ Instant = Annotated[float, Quantity(q.TIME)]
 Speed = Annotated[float, Quantity(q.VELOCITY, "positive")]
 Time = Annotated[float, Quantity(q.TIME, "positive")]
 Force = Annotated[float, Quantity(q.FORCE)]
+Pull = Annotated[float, Quantity(q.FORCE, "not negative")]
 Moment = Annotated[float, Quantity(q.MOMENT, "positive")]
 Remanence = Annotated[float, Quantity(q.REMANENCE, "positive")]
 Viscosity = Annotated[float, Quantity(q.VISCOSITY, "positive")]
 Density = Annotated[float, Quantity(q.DENSITY, "not negative")]
+Mass = Annotated[float, Quantity(q.MASS, "positive")]
+Inertia = Annotated[float, Quantity(q.INERTIA, "not negative")]
 LengthRange = tuple[Length, Length]
+
+
+def _form(value: object) -> str:
+    """Which form a heading is given in."""
+    return "end" if isinstance(value, str) else "angles"
+
+
+Heading = Annotated[
+    Annotated[Literal["helix", "head"], Tag("end")] | Annotated[tuple[Angle, Angle, Angle], Tag("angles")],
+    Discriminator(_form),
+]

@@ -44,7 +44,7 @@ def preset_names() -> list[str]:
     Examples
     --------
     >>> import helimag as hm
-    >>> hm.preset_names()[:3]
+    >>> [name for name in hm.preset_names() if name.startswith("paper/fig3")]
     ['paper/fig3a', 'paper/fig3b', 'paper/fig3c']
     """
     folders = (folder for folder in _preset_folder().iterdir() if folder.is_dir())

@@ -47,7 +47,9 @@ class Leaf:
     @property
     def choices(self) -> tuple[str, ...]:
         """The words among which it is chosen; none where it is no such field."""
-        return get_args(self.declared) if get_origin(self.declared) is Literal else ()
+        forms = get_args(self.declared) if get_origin(self.declared) in {Union, types.UnionType} else (self.declared,)
+        bare = [get_args(form)[0] if get_origin(form) is Annotated else form for form in forms]
+        return tuple(word for form in bare if get_origin(form) is Literal for word in get_args(form))
 
     @property
     def components(self) -> tuple[str, ...]:

@@ -27,6 +27,8 @@ LIMITS = {
     q.FREQUENCY: Limits(0.0, "", 1e4, "which no motor reaches"),
     q.VELOCITY: Limits(0.0, "", 100.0, "which no arm reaches"),
     q.ACCELERATION: Limits(0.0, "", 1e4, "which no arm reaches"),
+    q.MASS: Limits(1e-6, "less than any motor weighs", 1e3, "which no arm carries"),
+    q.INERTIA: Limits(0.0, "", 1e3, "which no arm turns"),
     q.TIME: Limits(1e-9, "which is no time for a device to move", 1e9, "thirty years"),
     q.REMANENCE: Limits(1e-6, "which is no magnet", 2.5, "more than the saturation of any material"),
     q.VISCOSITY: Limits(1e-6, "a tenth of that of gases", 1e6, "where nothing moves within a day"),

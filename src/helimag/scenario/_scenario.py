@@ -15,6 +15,7 @@ from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Workspace
 from helimag.scenario._titles import titled
 
 ORIGIN = "_origin"  # beside the fields, and none of them: what a scenario was changed from says nothing of what it is
+FORMS = {"sphere", "spheroid", "cylinder", "end", "angles"}  # of a head and of a heading: no keys of a file
 MARKS = ("published", "fitted", "assumed", "measured")
 
 
@@ -175,7 +176,7 @@ def messages(error: ValidationError) -> Iterator[str]:
     """One line a problem, naming field, expectation and value."""
     for problem in error.errors():
         steps = [str(step) for step in problem["loc"]]
-        kept = [step for i, step in enumerate(steps) if not (step in {"sphere", "spheroid", "cylinder"} and i == 2)]
+        kept = [step for i, step in enumerate(steps) if not (step in FORMS and i == 2)]
         where = ".".join([*kept, ""]).replace("magnet.0.", "magnet.").removesuffix(".")
         text = problem["msg"].removeprefix("Value error, ")
         match problem["type"]:

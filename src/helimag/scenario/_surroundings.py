@@ -13,9 +13,11 @@ from helimag.scenario._fields import (
     AngularRate,
     Density,
     Frequency,
+    Heading,
     Length,
     LengthRange,
     Moment,
+    Pull,
     Remanence,
     Size,
     Time,
@@ -89,7 +91,13 @@ class Magnet(Part):
 
 
 class Drive(Part):
-    """What the arm and the motor do: the paper's inputs."""
+    """What the arm and the motor do: the paper's inputs; and where the device begins, and which end first.
+
+    ``heading`` is the end that leads at the start, ``"helix"`` or ``"head"``: the device is then level along the
+    magnet's rotation axis, with that end where the drive carries it. In its place there may be a whole attitude: yaw,
+    pitch and roll of R_z(yaw) R_y(-pitch) R_x(roll), where pitch is the attack angle of the head. Left out, the head
+    points along x.
+    """
 
     frequency: Frequency
     pitch: Angle
@@ -98,6 +106,7 @@ class Drive(Part):
     velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
     pitch_about: Literal["origin", "magnet"] = "origin"
     start: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    heading: Heading | None = None
     path: Path | None = None  # takes the place of distance, velocity, yaw_rate and, where it has its own, of pitch
 
     @model_validator(mode="after")
@@ -121,6 +130,11 @@ class Drive(Part):
         return next(iter(self.path.yaw), 0.0), next(iter(self.path.pitch), self.pitch)
 
 
+# The paper's tank of 200 x 80 x 80 mm, filled to its rim, in the lab frame of the straight runs: lowest and highest
+# corner (m). Size: published, section III. Where the run starts in it: assumed, as in the presets of Table I.
+PAPER_TANK = ((-0.020, -0.040, -0.0765), (0.180, 0.040, 0.0035))
+
+
 class Walls(Part):
     """Upright walls of the tank, as ranges in lab x and y."""
 
@@ -129,11 +143,33 @@ class Walls(Part):
 
 
 class Workspace(Part):
-    """What limits the device: lab heights of floor and surface, and walls."""
+    """What limits the device: lab heights of floor and surface, and walls.
+
+    Where they are touched the run stops, or, with ``contact = "hold"``, goes on: they push, without friction. A surface
+    may hold each end of the device that touches it with the force ``surface_pull``.
+    """
 
     floor: Length | None = None
     surface: Length | None = None
     walls: Walls = Walls()
+    contact: Literal["stop", "hold"] | None = None  # what happens to a device that touches them; stop if left out
+    surface_pull: Pull | None = None  # none if left out
+
+    @model_validator(mode="after")
+    def _pull_fits(self) -> Self:
+        if self.surface_pull is not None and (self.surface is None or self.contact != "hold"):
+            raise InputError('.surface_pull goes with a surface and contact = "hold" only')
+        return self
+
+    @property
+    def bounded(self) -> bool:
+        """Whether there is a floor, a surface or a wall."""
+        return any(math.isfinite(at) for corner in self.box for at in corner)
+
+    @property
+    def holds(self) -> bool:
+        """Whether there are walls, and they hold what touches them."""
+        return self.contact == "hold" and self.bounded
 
     @property
     def box(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:

@@ -11,30 +11,30 @@ from helimag.sweeps.boundary import start_points
 from helimag.sweeps.resolved import ResolvedPlan, Value
 
 
-def sweep_cautions(design: ResolvedPlan) -> list[Caution]:
+def sweep_cautions(resolved: ResolvedPlan) -> list[Caution]:
     """Checks of every run of a plan, grouped; of the coarse grid only, where points are chosen on the way."""
     from helimag.sweeps.rounds import scenarios
 
-    points = list(_points(design))
-    made = [(point, s) for point, s in zip(points, scenarios(design, points), strict=True) if s is not None]
-    return cautions((scenario for _, scenario in made), lambda run: _shown(design, made[run][0]))
+    points = list(_points(resolved))
+    made = [(point, s) for point, s in zip(points, scenarios(resolved, points), strict=True) if s is not None]
+    return cautions((scenario for _, scenario in made), lambda run: _shown(resolved, made[run][0]))
 
 
-def _points(design: ResolvedPlan) -> Iterator[dict[str, Value]]:
-    wanted = design.plan.boundary
+def _points(resolved: ResolvedPlan) -> Iterator[dict[str, Value]]:
+    wanted = resolved.plan.boundary
     if wanted is None:
-        yield from chain.from_iterable(design.points(chunk) for chunk in range(len(design.chunks)))
+        yield from chain.from_iterable(resolved.points(chunk) for chunk in range(len(resolved.chunks)))
         return
-    low, high = (np.array([axis.bounds[i] for axis in design.axes if axis.bounds]) for i in (0, 1))
-    first, second = (axis.count or 2 for axis in design.plan.axis)
+    low, high = (np.array([axis.bounds[i] for axis in resolved.axes if axis.bounds]) for i in (0, 1))
+    first, second = (axis.count or 2 for axis in resolved.plan.axis)
     for place in low + (high - low) * start_points((first, second), wanted.budget):
-        yield {axis.field: float(x) for axis, x in zip(design.axes, place, strict=True)}
+        yield {axis.field: float(x) for axis, x in zip(resolved.axes, place, strict=True)}
 
 
-def _shown(design: ResolvedPlan, point: dict[str, Value]) -> str:
+def _shown(resolved: ResolvedPlan, point: dict[str, Value]) -> str:
     """A point in words, such as ``drive.pitch = 12.7 deg``."""
     parts = []
-    for axis in design.axes:
+    for axis in resolved.axes:
         value = point[axis.field]
         if axis.kind is not None and not isinstance(value, str):
             parts.append(f"{axis.field} = {value / q.parse(f'1 {axis.kind.shown}', axis.kind):.4g} {axis.kind.shown}")

@@ -24,6 +24,9 @@ SCALARS: dict[str, tuple[str, str]] = {
     "slips": ("1", "turns slipped against the field"),
     "wobble": ("rad", "standard deviation of the attack angle over the second half of the run"),
     "attack_angle": ("rad", "mean attack angle over the second half of the run"),
+    "contacts": ("1", "how often the device came to a wall that held it"),
+    "contact_time": ("s", "how long walls held it, each wall's time added"),
+    "first_contact": ("s", "when it first came to such a wall; none where it never did"),
     "height_change": ("m", "mean height at the end of the run less that at its start"),
 }
 

@@ -57,19 +57,19 @@ def nodes_of(dataset: "xarray.Dataset") -> Nodes:
     if plan.sample is not None or plan.boundary is not None:
         raise InputError("the sweep's points must lie on a grid; this plan samples them or chooses them on the way")
     base = parse(dataset.attrs["scenario"])
-    design = resolve(plan.model_copy(update={"base": base, "changes": {}, "duration": None}))
-    flags = dataset["verdict"].transpose(*design.shape).values
+    resolved = resolve(plan.model_copy(update={"base": base, "changes": {}, "duration": None}))
+    flags = dataset["verdict"].transpose(*resolved.shape).values
 
     def values_at(index: tuple[int, ...]) -> dict[str, float | str]:
-        at = dict(zip(design.shape, index, strict=True))
-        return {axis.field: axis.values[at[axis.dimension]] for axis in design.axes}
+        at = dict(zip(resolved.shape, index, strict=True))
+        return {axis.field: axis.values[at[axis.dimension]] for axis in resolved.axes}
 
     def scenario_at(index: tuple[int, ...]) -> Scenario | None:
         try:
-            return design.scenario(values_at(index))
+            return resolved.scenario(values_at(index))
         except InputError:
             return None
 
     names = {verdict.flag: str(verdict) if verdict.judged else "" for verdict in Verdict}
     verdicts = np.vectorize(names.__getitem__, otypes=[str])(flags)
-    return Nodes(base, design.axes, tuple(design.shape), verdicts, scenario_at, values_at)
+    return Nodes(base, resolved.axes, tuple(resolved.shape), verdicts, scenario_at, values_at)

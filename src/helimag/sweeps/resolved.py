@@ -149,9 +149,9 @@ def resolve(plan: Plan) -> ResolvedPlan:
         axes.append(ResolvedAxis(axis.field, name, dimension, kind, values))
     if set(shape) & {axis.name for axis in axes if axis.name != axis.dimension}:
         raise InputError("the name of a zip must not be an axis' name")
-    design = ResolvedPlan(plan, base, tuple(axes), shape)
-    _check_runs(plan, base, design.size)
-    return design
+    resolved = ResolvedPlan(plan, base, tuple(axes), shape)
+    _check_runs(plan, base, resolved.size)
+    return resolved
 
 
 def _check_runs(plan: Plan, base: Scenario, runs: float) -> None:

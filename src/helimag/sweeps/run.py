@@ -75,20 +75,20 @@ def sweep(
     InputError
         Where the plan does not fit, or is not the store's.
     """
-    design = resolve(plan if isinstance(plan, Plan) else load_plan(plan))
-    check_names(design)
-    check_first(design)
+    resolved = resolve(plan if isinstance(plan, Plan) else load_plan(plan))
+    check_names(resolved)
+    check_first(resolved)
     place = Path(out)
-    times = sample_times(design)
-    with Store.opened(place, design) as store:
-        state = SweepProgress(total=design.size)
+    times = sample_times(resolved)
+    with Store.opened(place, resolved) as store:
+        state = SweepProgress(total=resolved.size)
         for chunk in sorted(store.done):
             _count(state, np.asarray(store.read(chunk, "verdict")))
         state.found, state.worked = state.done, state.done
-        if len(store.done) < len(design.chunks):
+        if len(store.done) < len(resolved.chunks):
             with engine(scheduler, threads) as where:
-                wanted = design.plan.boundary
-                rounds = chosen(design, store, wanted) if wanted else planned(design, store)
+                wanted = resolved.plan.boundary
+                rounds = chosen(resolved, store, wanted) if wanted else planned(resolved, store)
                 for jobs, columns in rounds:
                     _run(where, jobs, columns, store, times, state, progress)
     return load_sweep(place)
@@ -105,7 +105,7 @@ def _run(
 ) -> None:
     """Compute jobs, commit each as it comes, and report."""
     begun = time.monotonic() - state.seconds
-    runs = state.total / len(store.design.chunks)
+    runs = state.total / len(store.resolved.chunks)
 
     def report(under_way: float) -> None:
         state.seconds = time.monotonic() - begun

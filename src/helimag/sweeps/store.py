@@ -38,12 +38,12 @@ MADE_BY = ("helimag", "warp-lang")  # whose versions decide the numbers
 class Store:
     """An open store; use :meth:`opened`."""
 
-    def __init__(self, path: Path, design: ResolvedPlan) -> None:
+    def __init__(self, path: Path, resolved: ResolvedPlan) -> None:
         import zarr
 
         self.path = path
-        self.design = design
-        self.names = [name for name in variables(design) if name != CHECKSUM]
+        self.resolved = resolved
+        self.names = [name for name in variables(resolved) if name != CHECKSUM]
         always: Any = {"write_empty_chunks": True}  # so that a file that is not there is known to be lost
         try:
             self._arrays = {
@@ -51,12 +51,12 @@ class Store:
             }
         except (OSError, ValueError, KeyError) as error:
             raise FileError(f"{path} is damaged: {error}") from None
-        self.done: set[int] = {chunk for chunk in range(len(design.chunks)) if self._is_committed(chunk)}
+        self.done: set[int] = {chunk for chunk in range(len(resolved.chunks)) if self._is_committed(chunk)}
 
     @classmethod
     @contextmanager
-    def opened(cls, path: Path, design: ResolvedPlan) -> Iterator[Self]:
-        """Open the store of a design, making it where there is none; only one process at a time may have it.
+    def opened(cls, path: Path, resolved: ResolvedPlan) -> Iterator[Self]:
+        """Open the store of a plan, making it where there is none; only one process at a time may have it.
 
         Raises
         ------
@@ -67,11 +67,11 @@ class Store:
         """
         _needs_zarr()
         if not path.exists():
-            _create(path, design)
-        check_same_plan(path, design)
+            _create(path, resolved)
+        check_same_plan(path, resolved)
         with _locked(path):
-            store = cls(path, design)
-            if len(store.done) < len(design.chunks):
+            store = cls(path, resolved)
+            if len(store.done) < len(resolved.chunks):
                 _check_writable(path)
                 for rest in path.rglob(UNFINISHED):
                     rest.unlink()
@@ -79,7 +79,7 @@ class Store:
 
     def commit(self, chunk: int, rows: Rows) -> None:
         """Write a chunk's rows (runs first) and, when all are on file, its checksums."""
-        extent, block = self.design.extent(chunk), self.design.block(chunk)
+        extent, block = self.resolved.extent(chunk), self.resolved.block(chunk)
         for name in self.names:
             values = rows[name]
             self._write(name, self._file(name, chunk), block, values.reshape(*extent, *values.shape[1:]))
@@ -89,8 +89,8 @@ class Store:
 
     def read(self, chunk: int, name: str) -> NDArray[np.generic]:
         """A variable of a committed chunk, runs first."""
-        values = np.asarray(self._arrays[name][self.design.block(chunk)])
-        return values.reshape(-1, *values.shape[len(self.design.shape) :])
+        values = np.asarray(self._arrays[name][self.resolved.block(chunk)])
+        return values.reshape(-1, *values.shape[len(self.resolved.shape) :])
 
     def _write(self, name: str, file: Path, where: tuple[slice, ...], values: NDArray[np.generic]) -> None:
         try:
@@ -120,15 +120,15 @@ class Store:
         return True
 
     def _file(self, name: str, chunk: int) -> Path:
-        return chunk_file(self.path, name, self.design, chunk)
+        return chunk_file(self.path, name, self.resolved, chunk)
 
 
-def chunk_file(path: Path, name: str, design: ResolvedPlan, chunk: int) -> Path:
+def chunk_file(path: Path, name: str, resolved: ResolvedPlan, chunk: int) -> Path:
     """Where zarr keeps a chunk of a variable."""
     if name == CHECKSUM:
         return path / name / "c" / str(chunk) / "0"
-    further = len(variables(design)[name][0]) - len(design.shape)
-    return path.joinpath(name, "c", *map(str, (*design.chunks[chunk], *([0] * further))))
+    further = len(variables(resolved)[name][0]) - len(resolved.shape)
+    return path.joinpath(name, "c", *map(str, (*resolved.chunks[chunk], *([0] * further))))
 
 
 def checksum(file: Path) -> int:
@@ -140,23 +140,23 @@ def _remedy(file: Path) -> str:
     return f"remove {file} and run the same command again: this chunk alone is computed anew"
 
 
-def sample_times(design: ResolvedPlan) -> NDArray[np.float64] | None:
+def sample_times(resolved: ResolvedPlan) -> NDArray[np.float64] | None:
     """When trajectories are kept (s); None where they are not."""
-    interval: float | None = design.plan.trajectory
+    interval: float | None = resolved.plan.trajectory
     if interval is None:
         return None
-    last = max([design.base.run.duration, *_durations(design)])
+    last = max([resolved.base.run.duration, *_durations(resolved)])
     times = np.arange(math.floor(last / interval * (1.0 + 1e-12)) + 1) * interval
     return np.asarray(times, dtype=np.float64)
 
 
-def _durations(design: ResolvedPlan) -> list[float]:
-    return [float(v) for axis in design.axes if axis.field == "run.duration" for v in axis.values]
+def _durations(resolved: ResolvedPlan) -> list[float]:
+    return [float(v) for axis in resolved.axes if axis.field == "run.duration" for v in axis.values]
 
 
-def variables(design: ResolvedPlan) -> dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]]:
+def variables(resolved: ResolvedPlan) -> dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]]:
     """Every array that is written on the way: dimensions, type, fill value, attributes."""
-    dims = tuple(design.shape)
+    dims = tuple(resolved.shape)
     found: dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]] = {}
     for name, (unit, meaning) in SCALARS.items():
         found[name] = (dims, np.float64, np.nan, {"units": unit, "long_name": meaning})
@@ -164,7 +164,7 @@ def variables(design: ResolvedPlan) -> dict[str, tuple[tuple[str, ...], Any, Any
         found[name] = (dims, np.int8, 0, {"long_name": name, **flags})
     digest: dict[str, object] = {"long_name": "SHA-256 of the scenario, byte by byte", "units": "1"}
     found["scenario_hash"] = ((*dims, "byte"), np.uint8, 0, digest)
-    if design.plan.trajectory is not None:
+    if resolved.plan.trajectory is not None:
         place: dict[str, object] = {"units": "m", "long_name": "centre of the head, lab frame; none after the end"}
         turn: dict[str, object] = {
             "units": "1",
@@ -172,7 +172,7 @@ def variables(design: ResolvedPlan) -> dict[str, tuple[tuple[str, ...], Any, Any
         }
         found["position"] = ((*dims, "time", "axis"), np.float64, np.nan, place)
         found["quaternion"] = ((*dims, "time", "component"), np.float64, np.nan, turn)
-    for axis in design.axes:
+    for axis in resolved.axes:
         if not axis.values:
             found[axis.name] = (("point",), np.float64, np.nan, axis_attributes(axis.field, axis.kind))
     meaning = "first 8 bytes of the SHA-256 of each chunk's files, by variable; none where not committed"
@@ -189,10 +189,10 @@ def axis_attributes(field: str, kind: Any) -> dict[str, object]:
     return {"units": kind.si if kind else "1", "long_name": field, "shown_in": kind.shown if kind else "1"}
 
 
-def _coordinates(design: ResolvedPlan) -> dict[str, Any]:
+def _coordinates(resolved: ResolvedPlan) -> dict[str, Any]:
     """Axes with values, and the drive's other inputs as single numbers."""
     found: dict[str, Any] = {}
-    for axis in design.axes:
+    for axis in resolved.axes:
         if axis.values and isinstance(axis.values[0], str):
             words = sorted({str(value) for value in axis.values})
             codes = np.array([words.index(str(value)) for value in axis.values], np.int8)
@@ -200,21 +200,25 @@ def _coordinates(design: ResolvedPlan) -> dict[str, Any]:
             found[axis.name] = (axis.dimension, codes, {"long_name": axis.field, **flags})
         elif axis.values:
             found[axis.name] = (axis.dimension, np.array(axis.values, float), axis_attributes(axis.field, axis.kind))
-    swept = {axis.name for axis in design.axes}
+    swept = {axis.name for axis in resolved.axes}
     for given in (Input(f"drive.{name}") for name in ("frequency", "pitch", "distance", "yaw_rate", "speed")):
         if given.label not in swept:
-            found[given.label] = ((), given.value(design.base), axis_attributes(given.path, given.kind(design.base)))
-    times = sample_times(design)
+            found[given.label] = (
+                (),
+                given.value(resolved.base),
+                axis_attributes(given.path, given.kind(resolved.base)),
+            )
+    times = sample_times(resolved)
     if times is not None:
         found["time"] = ("time", times, {"units": "s", "long_name": "time since the start"})
     return found
 
 
-def check_names(design: ResolvedPlan) -> None:
+def check_names(resolved: ResolvedPlan) -> None:
     """Raise InputError where a dimension that the plan names has the name of something else in the store."""
-    named = [axis for axis in design.axes if axis.bounds is None]  # the others lie along the dimension of points
+    named = [axis for axis in resolved.axes if axis.bounds is None]  # the others lie along the dimension of points
     own = {axis.name for axis in named if axis.name == axis.dimension}
-    taken = {*variables(design), *_coordinates(design), *FURTHER, "time", "point"} - own
+    taken = {*variables(resolved), *_coordinates(resolved), *FURTHER, "time", "point"} - own
     for axis in named:
         if axis.dimension != axis.name and axis.dimension in taken:
             raise InputError(
@@ -223,53 +227,53 @@ def check_names(design: ResolvedPlan) -> None:
             )
 
 
-def _template(design: ResolvedPlan) -> "xarray.Dataset":
+def _template(resolved: ResolvedPlan) -> "xarray.Dataset":
     """The dataset without results."""
     import xarray
 
-    times = sample_times(design)
+    times = sample_times(resolved)
     lengths = {
-        **design.shape,
+        **resolved.shape,
         "byte": HASH_BYTES,
         "axis": 3,
         "component": 4,
         "time": 0 if times is None else times.size,
     }
-    lengths |= {"chunk": len(design.chunks), "file": len(variables(design)) - 1}
+    lengths |= {"chunk": len(resolved.chunks), "file": len(variables(resolved)) - 1}
     data = {
         name: (dims, np.broadcast_to(np.asarray(fill, kind), [lengths[dim] for dim in dims]), attributes)
-        for name, (dims, kind, fill, attributes) in variables(design).items()
+        for name, (dims, kind, fill, attributes) in variables(resolved).items()
     }
     attributes = {
         "Conventions": "CF-1.11",
-        "title": design.plan.name,
+        "title": resolved.plan.name,
         "source": "simulated by helimag",
-        "plan": design.plan.to_toml(),
-        "scenario": design.base.to_toml(),
-        "identity": json.dumps(design.identity, sort_keys=True),
-        "plan_hash": plan_hash(design),
+        "plan": resolved.plan.to_toml(),
+        "scenario": resolved.base.to_toml(),
+        "identity": json.dumps(resolved.identity, sort_keys=True),
+        "plan_hash": plan_hash(resolved),
         "versions": versions(),
-        "validity_warnings": json.dumps([caution.as_dict() for caution in sweep_cautions(design)]),
-        "checksum_files": " ".join(name for name in variables(design) if name != CHECKSUM),
+        "validity_warnings": json.dumps([caution.as_dict() for caution in sweep_cautions(resolved)]),
+        "checksum_files": " ".join(name for name in variables(resolved) if name != CHECKSUM),
     }
-    return xarray.Dataset(data, _coordinates(design), attributes)
+    return xarray.Dataset(data, _coordinates(resolved), attributes)
 
 
-def plan_hash(design: ResolvedPlan) -> str:
+def plan_hash(resolved: ResolvedPlan) -> str:
     """SHA-256 of all that decides the runs."""
-    return hashlib.sha256(json.dumps(design.identity, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(resolved.identity, sort_keys=True).encode()).hexdigest()
 
 
-def _create(path: Path, design: ResolvedPlan) -> None:
+def _create(path: Path, resolved: ResolvedPlan) -> None:
     """Make an empty store beside and rename it, so that it is there as a whole or not at all."""
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
     codecs = (ZstdCodec(level=3), Crc32cCodec())
     encoding: dict[str, Any] = {}
-    for name, (dims, _, fill, _) in variables(design).items():
-        further = {"byte": HASH_BYTES, "axis": 3, "component": 4, "chunk": 1, "file": len(variables(design)) - 1}
-        sizes = dict(zip(design.shape, design.chunk_shape, strict=True)) | further
-        times = sample_times(design)
+    for name, (dims, _, fill, _) in variables(resolved).items():
+        further = {"byte": HASH_BYTES, "axis": 3, "component": 4, "chunk": 1, "file": len(variables(resolved)) - 1}
+        sizes = dict(zip(resolved.shape, resolved.chunk_shape, strict=True)) | further
+        times = sample_times(resolved)
         sizes["time"] = 1 if times is None else times.size
         encoding[name] = {"chunks": tuple(sizes[dim] for dim in dims), "compressors": codecs, "fill_value": fill}
         if np.isnan(float(fill)):
@@ -281,7 +285,7 @@ def _create(path: Path, design: ResolvedPlan) -> None:
     except OSError as error:
         raise FileError(f"{path} cannot be made: {error.strerror}") from None
     try:
-        _template(design).to_zarr(beside, mode="w", zarr_format=3, encoding=encoding, consolidated=False)
+        _template(resolved).to_zarr(beside, mode="w", zarr_format=3, encoding=encoding, consolidated=False)
         mask = os.umask(0)
         os.umask(mask)
         beside.chmod(0o777 & ~mask)
@@ -312,10 +316,10 @@ def attributes_of(path: Path) -> dict[str, Any]:
     return dict(found)
 
 
-def check_same_plan(path: Path, design: ResolvedPlan) -> None:
+def check_same_plan(path: Path, resolved: ResolvedPlan) -> None:
     """Raise InputError, naming the first difference, where a store belongs to another plan."""
     attributes = attributes_of(path)
-    there, here = json.loads(attributes["identity"]), json.loads(json.dumps(design.identity))
+    there, here = json.loads(attributes["identity"]), json.loads(json.dumps(resolved.identity))
     changed = [key for key in sorted({*there, *here}) if there.get(key) != here.get(key)]
     if changed:
         key, more = changed[0], f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""

@@ -41,12 +41,12 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     FileError, InputError
         As for :func:`sweep`.
     """
-    design = resolve(plan if isinstance(plan, Plan) else load_plan(plan))
-    check_names(design)
-    check_first(design)
+    resolved = resolve(plan if isinstance(plan, Plan) else load_plan(plan))
+    check_names(resolved)
+    check_first(resolved)
     cores = threads or os.cpu_count() or 1
-    points = _spread_points(design, max(TRIAL_RUNS, cores))
-    valid = [scenario for scenario in scenarios(design, points) if scenario is not None]
+    points = _spread_points(resolved, max(TRIAL_RUNS, cores))
+    valid = [scenario for scenario in scenarios(resolved, points) if scenario is not None]
     if not valid:
         raise InputError("none of the plan's points that were tried makes a valid scenario")
     lengths = [scenario.run.duration for scenario in valid]
@@ -56,38 +56,38 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     begun = time.perf_counter()
     compute(short, threads=1)
     took = time.perf_counter() - begun
-    seconds = took * math.fsum(lengths) / math.fsum(trials) / len(valid) * design.size / min(cores, design.size)
-    return Estimate(design.size, seconds, _disk(design), len(short), took)
+    seconds = took * math.fsum(lengths) / math.fsum(trials) / len(valid) * resolved.size / min(cores, resolved.size)
+    return Estimate(resolved.size, seconds, _disk(resolved), len(short), took)
 
 
-def _spread_points(design: ResolvedPlan, count: int) -> list[dict[str, Value]]:
+def _spread_points(resolved: ResolvedPlan, count: int) -> list[dict[str, Value]]:
     """Points all over a plan."""
-    if design.plan.boundary is not None:
-        rows = design.parameters.from_unit(start_points((4, 4), count)).tolist()
-        return [dict(zip(design.parameters.paths, row, strict=True)) for row in rows]
-    chosen = np.unique(np.linspace(0, len(design.chunks) - 1, count).astype(int))
+    if resolved.plan.boundary is not None:
+        rows = resolved.parameters.from_unit(start_points((4, 4), count)).tolist()
+        return [dict(zip(resolved.parameters.paths, row, strict=True)) for row in rows]
+    chosen = np.unique(np.linspace(0, len(resolved.chunks) - 1, count).astype(int))
     each = math.ceil(count / len(chosen))
-    return [point for chunk in chosen for point in list(design.points(int(chunk)))[:: max(1, 64 // each)][:each]]
+    return [point for chunk in chosen for point in list(resolved.points(int(chunk)))[:: max(1, 64 // each)][:each]]
 
 
-def _disk(design: ResolvedPlan) -> int:
+def _disk(resolved: ResolvedPlan) -> int:
     """Bytes on disk of the finished store: chunks of noise are written and measured, the first with its folders."""
-    times = sample_times(design)
+    times = sample_times(resolved)
     noise = np.random.default_rng(0)
     sizes = []
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "trial.zarr"
-        with Store.opened(place, design) as store:
-            for chunk in range(min(2, len(design.chunks))):
-                count = math.prod(design.extent(chunk))
+        with Store.opened(place, resolved) as store:
+            for chunk in range(min(2, len(resolved.chunks))):
+                count = math.prod(resolved.extent(chunk))
                 rows = empty_rows(count, times)
                 for name, values in rows.items():
                     if values.dtype == np.float64:
                         rows[name] = noise.normal(size=values.shape)
-                rows |= {axis.name: np.zeros(count) for axis in design.axes if not axis.values}
+                rows |= {axis.name: np.zeros(count) for axis in resolved.axes if not axis.values}
                 store.commit(chunk, rows)
                 sizes.append(_size(place))
-    return sizes[0] + (sizes[-1] - sizes[0]) * (len(design.chunks) - 1)
+    return sizes[0] + (sizes[-1] - sizes[0]) * (len(resolved.chunks) - 1)
 
 
 def _size(folder: Path) -> int:

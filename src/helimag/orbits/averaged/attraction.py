@@ -1,11 +1,13 @@
 """Basin of attraction of a stable orbit: from which places a device that is let go comes to it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.engine import start_state
 from helimag.errors import InputError
 from helimag.orbits.averaged.averaging import SlowFlow, slow_flow
 from helimag.orbits.averaged.paths import averaged_paths
@@ -19,6 +21,11 @@ SHRINKS = 0.95  # from the third quarter to the last, of the farthest distance: 
 SHORTEST, LONGEST = 1200.0, 20_000.0  # s, of the runs
 SAMPLES = 160
 WORDS = f"<U{max(map(len, BasinEnd))}"  # text that holds each of them
+Attitude = Literal["settled", "released"]
+LET_GO: Mapping[Attitude, str] = {
+    "settled": "let go with the attitude that it settles to when held there",
+    "released": "let go as simulate lets go, with the attitude of the scenario's start",
+}
 MARGIN = 1.5  # of the box's half sides: how far a flow that judges it reaches, so that paths may leave it and return
 ENGINE_NODES = 15  # of that flow, a side
 
@@ -32,7 +39,7 @@ class Basin:
     shape
         Starts along x, y and z.
     places
-        (n, 3): starts, moving frame, m, z fastest: the centres of the cells; each with its settled attitude.
+        (n, 3): starts, moving frame, m, z fastest: the centres of the cells.
     captured
         (n,): which come to the orbit.
     ends
@@ -43,6 +50,9 @@ class Basin:
         Of each run, s.
     engine
         "full" or "averaged": by which model.
+    attitude
+        "settled": with the attitude that the device takes on when held at the start. "released": as ``simulate`` lets
+        go, with the attitude of the scenario's start at each place.
     """
 
     orbit: Orbit
@@ -53,6 +63,7 @@ class Basin:
     volume: float
     duration: float
     engine: str
+    attitude: Attitude = "settled"
 
     @property
     def axes(self) -> tuple[Floats, Floats, Floats]:
@@ -78,7 +89,7 @@ class Basin:
         tally = ", ".join(f"{count} {name}" for name, count in zip(names, counts, strict=True))
         return (
             f"basin of {1e6 * self.volume:.1f} cm3 in this box: of {self.ends.size} starts {tally}, judged after "
-            f"{self.duration:.0f} s by the {self.engine} model"
+            f"{self.duration:.0f} s by the {self.engine} model; {LET_GO[self.attitude]}"
         )
 
 
@@ -90,6 +101,7 @@ def basin(
     shape: tuple[int, int, int] = (9, 9, 9),
     duration: float | None = None,
     flow: SlowFlow | None = None,
+    attitude: Attitude = "settled",
     progress: Callable[[float], None] | None = None,
 ) -> Basin:
     """Let devices go in the middle of each cell of a box, and see which come to the orbit.
@@ -106,14 +118,22 @@ def basin(
         Of each run, s; default the orbit's longest decay time, within 1200 s and 20,000 s.
     flow
         Judge by the averaged model of this slow flow instead of by full runs: faster, less exact.
+    attitude
+        With which the device is let go: "settled", that which it takes on when held at the start, or "released", that
+        of the scenario's own start, as ``simulate`` lets go; the averaged model knows the settled ones only.
     progress
         Called with the fraction done, some times a second. What it raises stops the search.
 
     Raises
     ------
     InputError
-        Where the orbit is not stable, the box is empty, or runs would be too short to tell.
+        Where the orbit is not stable, the box is empty, runs would be too short to tell, or the averaged model is
+        asked for another attitude.
     """
+    if attitude not in LET_GO:
+        raise InputError(f"attitude must be {' or '.join(LET_GO)}; got {attitude!r}")
+    if flow is not None and attitude != "settled":
+        raise InputError("attitude must be settled by the averaged model, which knows no other; use full runs")
     corners = _checked(orbit, low, high, shape)
     time = float(np.clip(-1.0 / orbit.growth, SHORTEST, LONGEST)) if duration is None else duration
     least = FEWEST_TURNS / abs(orbit.scenario.drive.frequency)
@@ -124,13 +144,13 @@ def basin(
     axes = [(edge[1:] + edge[:-1]) / 2.0 for edge in edges]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     if flow is None:
-        ends, engine = ends_of_runs(orbit, places, time, watch), "full"
+        ends, engine = ends_of_runs(orbit, places, time, watch, attitude), "full"
     else:
         ends, engine = _by_flow(orbit, places, time, flow, watch), "averaged"
     watch(1.0)
     captured = np.asarray(ends == BasinEnd.CAPTURED)
     volume = float(np.prod(corners[1] - corners[0])) * float(captured.mean())
-    return Basin(orbit, shape, places, captured, ends, volume, time, engine)
+    return Basin(orbit, shape, places, captured, ends, volume, time, engine, attitude)
 
 
 def basin_by_flow(
@@ -174,18 +194,25 @@ def _checked(orbit: Orbit, low: Floats, high: Floats, shape: tuple[int, int, int
     return corners
 
 
-def ends_of_runs(orbit: Orbit, places: Floats, duration: float, watch: Watch) -> NDArray[np.str_]:
-    """How full runs of a time (s) from places (n, 3) end, each begun with its settled attitude: see :class:`Basin`."""
+def ends_of_runs(
+    orbit: Orbit, places: Floats, duration: float, watch: Watch, attitude: Attitude = "settled"
+) -> NDArray[np.str_]:
+    """How full runs of a time (s) from places (n, 3) end, each begun with an attitude: see :class:`Basin`."""
     problem = Problem([orbit.scenario], watch=watch.part(0.0, 0.1))
     ends = np.full(len(places), BasinEnd.OUT_OF_STEP, dtype=WORDS)
     clear = np.flatnonzero(np.linalg.norm(places - problem.arm[0], axis=1) > 1.05 * problem.contact[0])
-    guesses = attitudes(problem, 0, places[clear], sense_of(problem, orbit.state))
-    states, found = settle(problem, np.zeros(clear.size, dtype=np.int64), guesses)
-    good = clear[found]
+    if attitude == "released":
+        ends[:] = BasinEnd.ATTRACTED
+        turned = np.broadcast_to(start_state(orbit.scenario)[3:], (clear.size, 4))
+        states, good = np.concatenate([places[clear], turned], axis=1), clear
+    else:
+        guesses = attitudes(problem, 0, places[clear], sense_of(problem, orbit.state))
+        settled, found = settle(problem, np.zeros(clear.size, dtype=np.int64), guesses)
+        states, good = settled[found], clear[found]
     if good.size == 0:
         return ends
     water = open_water(orbit.scenario)
-    runs = strobed(water, duration, samples=SAMPLES, states=states[found], progress=watch.part(0.1, 1.0))
+    runs = strobed(water, duration, samples=SAMPLES, states=states, progress=watch.part(0.1, 1.0))
     for node, run in zip(good, runs, strict=True):
         ends[node] = run.status.basin or _inside(orbit, run.states[:, :3])
     return ends

@@ -21,7 +21,7 @@ from helimag.orbits.strobe import (
     strobed,
     to_moving,
 )
-from helimag.outcomes import End, Future
+from helimag.outcomes import HOLDING, End, Future
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario, parse
 
@@ -62,6 +62,8 @@ def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None 
     if trajectory.scenario_toml is None:
         raise InputError("explaining a run by its orbit needs a simulated run, which knows its scenario")
     scenario = open_water(parse(trajectory.scenario_toml))
+    if trajectory.judgement.cause in HOLDING:
+        return Outlook(Future.HELD, Future.HELD.text())
     if not trajectory.verdict.inside:
         return Outlook(Future.GONE, Future.GONE.text())
     try:

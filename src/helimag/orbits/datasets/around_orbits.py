@@ -55,5 +55,5 @@ def basin_dataset(basin: Basin, agreement: Agreement | None = None) -> "xarray.D
         data["end_by_full_run"] = terms(
             dims, full.reshape(basin.shape), BasinEnd, "how a full run from this start ended"
         )
-    about = {"engine": basin.engine, "duration": basin.duration, "volume": basin.volume}
+    about = {"engine": basin.engine, "attitude": basin.attitude, "duration": basin.duration, "volume": basin.volume}
     return dataset_of(data, places_along(basin.axes), basin.orbit.scenario, "basin of attraction", about)

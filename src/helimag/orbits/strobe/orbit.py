@@ -2,16 +2,20 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.geometry import long_axes, magnet_start
 from helimag.outcomes import OrbitStatus
+from helimag.runs import leading_end
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
+Side = Literal["below", "beside", "above"]
 STEADY = 1e-9  # 1/s; an imaginary part below this is rounding
 
 
@@ -74,6 +78,18 @@ class Orbit:
         return self.state[:3]
 
     @property
+    def side(self) -> Side:
+        """Where the device is from the magnet: within 45 deg of straight below or above it, or else beside it.
+
+        The pull that holds a device against its weight comes from above; elsewhere an orbit is one of the equations,
+        and seldom of a laboratory.
+        """
+        across_x, across_y, up = self.position - magnet_start(self.scenario.drive)
+        if abs(up) < math.hypot(across_x, across_y):
+            return "beside"
+        return "above" if up > 0.0 else "below"
+
+    @property
     def growth(self) -> float:
         """Real part of the leading rate (1/s): negative where stable."""
         return float(self.rates.real.max()) if self.found else math.nan
@@ -91,12 +107,27 @@ class Orbit:
         return math.hypot(*drive.velocity, drive.yaw_rate * self.radius if drive.yaw_rate else 0.0)
 
     @property
+    def leading_cosine(self) -> float:
+        """Cosine between nose and velocity in the lab: 1 head first, -1 helix first; nan where the drive stands."""
+        drive = self.scenario.drive
+        x, y, _ = self.mean_position
+        velocity = np.array(drive.velocity) + drive.yaw_rate * np.array([-y, x, 0.0])
+        speed = float(np.linalg.norm(velocity))
+        return float(long_axes(self.state[3:]) @ velocity) / speed if speed > 0.0 else math.nan
+
+    @property
+    def leading_end(self) -> str:
+        """The end in front: ``"head"``, ``"helix"``, or ``"neither"``."""
+        return leading_end(self.leading_cosine)
+
+    @property
     def text(self) -> str:
         """The orbit in a sentence or two."""
         if not self.found:
             return f"{self.status}: {self.status.text()}"
         x, y, z = 1e3 * self.position
-        begin = f"orbit with the head at ({x:.2f}, {y:.2f}, {z:.2f}) mm in the moving frame, "
+        where = "" if self.side == "below" else f"{self.side.upper()} the magnet, not below it, "
+        begin = f"orbit with the head at ({x:.2f}, {y:.2f}, {z:.2f}) mm in the moving frame, {where}"
         if self.stable:
             return f"{begin}stable: {describe_rates(self.rates)}"
         return f"{begin}unstable: {describe_rates(self.rates)}"

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from helimag.engine import (
     DOP853,
     System,
-    arm_position,
     pack_bodies,
     pack_drives,
     pack_magnets,
@@ -24,6 +23,7 @@ from helimag.engine import (
     system_of,
 )
 from helimag.errors import InputError
+from helimag.geometry import magnet_start
 from helimag.orbits.strobe import chart
 from helimag.orbits.strobe.period import Measures, Passage, build_pass
 from helimag.orbits.strobe.watching import INTERVAL, Watch
@@ -64,6 +64,12 @@ def require_periodic(scenario: Scenario) -> None:
         )
 
 
+def let_go(scenario: Scenario) -> Scenario:
+    """The scenario with walls that do not hold the device: one that is held has no free orbit."""
+    loose = {"contact": None, "surface_pull": None}
+    return scenario.model_copy(update={"workspace": scenario.workspace.model_copy(update=loose)})
+
+
 @cache
 def _kernel(system: System, held: bool) -> wp.Kernel:
     kernel = build_pass(system, DOP853, held)
@@ -94,7 +100,7 @@ class Problem:
             require_periodic(scenario)
         self.scenarios = list(scenarios)
         self.watch = watch or Watch()
-        systems = [system_of(scenario) for scenario in scenarios]
+        systems = [system_of(let_go(scenario)) for scenario in scenarios]
         self.systems = list(dict.fromkeys(systems))
         self._system = np.array([self.systems.index(system) for system in systems])
         bodies, self.roll = _packed_bodies(scenarios)
@@ -106,7 +112,7 @@ class Problem:
         ]
         self.period = np.array([1.0 / abs(scenario.drive.frequency) for scenario in scenarios])
         self.length = np.array([scenario.drive.distance for scenario in scenarios])
-        self.arm = np.array([arm_position(scenario) for scenario in scenarios])
+        self.arm = np.array([magnet_start(scenario.drive) for scenario in scenarios])
         self.contact = np.array([scenario.contact_distance for scenario in scenarios])
         self.lowest = self.arm[:, 2] - 3.0 * np.abs(
             self.arm[:, 2] - np.array([scenario.drive.start[2] for scenario in scenarios])

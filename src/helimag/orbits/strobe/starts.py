@@ -10,7 +10,7 @@ import numpy as np
 from helimag.engine import TOLERANCE, advance
 from helimag.geometry import long_axes, quaternion_product, turn
 from helimag.orbits.strobe.newton import solve
-from helimag.orbits.strobe.problem import Floats, Ints, Problem
+from helimag.orbits.strobe.problem import Floats, Ints, Problem, let_go
 from helimag.outcomes import End
 from helimag.physics import evaluate
 from helimag.physics.magnetics import dipole_field
@@ -45,7 +45,7 @@ def strobed(
     period = 1.0 / abs(scenario.drive.frequency)
     stride = max(1, round(duration / (samples * period))) * period
     count = max(2, math.ceil(duration / stride - 1e-9))
-    run = scenario.replaced({"run.duration": count * stride, "run.interval": stride})
+    run = let_go(scenario).replaced({"run.duration": count * stride, "run.interval": stride})
     begun = None if states is None else to_lab(scenario, np.zeros(len(states)), states)
     many = 1 if states is None else len(states)
     result = []
@@ -61,9 +61,9 @@ def strobed(
 def open_water(scenario: Scenario) -> Scenario:
     """The scenario without what a drive that moves on comes to in the end however the device swims in its frame.
 
-    Those are the walls where it moves sideways, floor and surface where it rises or sinks.
+    Those are the walls where it moves sideways, floor and surface where it rises or sinks. What is left does not hold.
     """
-    nothing, workspace = Workspace(), scenario.workspace
+    nothing, workspace = Workspace(), let_go(scenario).workspace
     x, y, z = scenario.drive.velocity
     if x or y:
         workspace = workspace.model_copy(update={"walls": nothing.walls})

@@ -1,6 +1,6 @@
 """The arm and its cell: kinematics, what stops it on its way, and the plan of joint angles along a magnet's path."""
 
-from helimag.robot.arm.cell import Arm, Cell, Obstacle, load_arm, load_cell
+from helimag.robot.arm.cell import Arm, Cell, Load, Motor, Obstacle, load_arm, load_cell
 from helimag.robot.arm.checks import Offence, joint_rates
 from helimag.robot.arm.collision import Capsules, capsules, clearances
 from helimag.robot.arm.kinematics import Solutions, forward, inverse_kinematics, within_limits
@@ -12,7 +12,9 @@ __all__ = [
     "ArmPlan",
     "Capsules",
     "Cell",
+    "Load",
     "MagnetPath",
+    "Motor",
     "Obstacle",
     "Offence",
     "Solutions",

@@ -10,16 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.files import toml_tables
 from helimag.robot.arm.frames import frame, tool_rotation
 from helimag.robot.models import model_of, named_tables
-from helimag.scenario import Acceleration, Angle, AngularRate, Length, Part, Size
+from helimag.scenario import Acceleration, Angle, AngularRate, Inertia, Length, Mass, Part, Scenario, Size
 
 Floats = NDArray[np.float64]
 Six = tuple[Angle, Angle, Angle, Angle, Angle, Angle]
 SixRates = tuple[AngularRate, AngularRate, AngularRate, AngularRate, AngularRate, AngularRate]
 Point = tuple[Length, Length, Length]
+Port = Annotated[int, Field(ge=1, le=4096)]  # number of a digital input or output
+SAME = 1e-6  # m; corners closer than this are one
+TANK = "tank"  # the obstacle that the device swims in
 
 
 class Links(Part):
@@ -52,6 +56,7 @@ class Arm(Part):
     name: str
     link: Links
     radius: LinkRadii
+    payload: Mass | None = None
     joint_min: Six
     joint_max: Six
     joint_speed: SixRates
@@ -110,6 +115,37 @@ class Obstacle(Part):
         return self
 
 
+class Load(Part):
+    """What hangs on the flange, for the controller ($LOAD): centre and inertia along the flange's axes."""
+
+    mass: Mass
+    center: Point
+    inertia: tuple[Inertia, Inertia, Inertia] = (0.0, 0.0, 0.0)  # about the centre of mass
+
+
+class Motor(Part):
+    """Digital signals between the programme and the controller of the magnet's motor.
+
+    ``phase_input`` rises once a turn, when the moment is at ``phase_angle`` about the tool's x axis from its y axis.
+    """
+
+    run_output: Port  # on: the motor turns
+    speed_input: Port | None = None  # on while it turns at the scenario's frequency
+    phase_input: Port | None = None
+    phase_angle: Angle = 0.0
+
+    @model_validator(mode="after")
+    def _inputs_differ(self) -> Self:
+        if self.speed_input is not None and self.speed_input == self.phase_input:
+            raise InputError(f".phase_input must be another input than speed_input; both are {self.phase_input}")
+        return self
+
+    @property
+    def inputs(self) -> frozenset[int]:
+        """Numbers of the inputs that the motor answers on."""
+        return frozenset(port for port in (self.speed_input, self.phase_input) if port is not None)
+
+
 class Cell(Part):
     """Everything around a scenario that its programme depends on."""
 
@@ -123,7 +159,30 @@ class Cell(Part):
     singularity_margin: Angle = math.radians(5.0)
     acceleration: Acceleration = 1.0
     approximation: Size = 1e-4  # $APO.CDIS: how far before a point the arm may begin to round it
-    start_output: Annotated[int, Field(ge=1, le=4096)] | None = None  # digital output that is on while the run lasts
+    start_output: Port | None = None  # digital output that is on while the run lasts
+    motor: Motor | None = None
+    load: Load | None = None
+    retreat: Size | None = None  # how far the arm goes up when the path is over
+
+    @model_validator(mode="after")
+    def _sensible(self) -> Self:
+        if self.motor is not None and self.motor.run_output == self.start_output:
+            raise InputError(f"motor.run_output must be another output than start_output; both are {self.start_output}")
+        most = self.arm.payload
+        if self.load is not None and most is not None and self.load.mass > most:
+            got, limit = q.show(self.load.mass, q.MASS), q.show(most, q.MASS)
+            raise InputError(f"load.mass must be at most {limit}, what {self.arm.name} carries; got '{got}'")
+        return self
+
+    @property
+    def inputs(self) -> frozenset[int]:
+        """Numbers of the inputs that a programme may wait for."""
+        return frozenset() if self.motor is None else self.motor.inputs
+
+    @property
+    def tank(self) -> Obstacle | None:
+        """The obstacle that holds the device; None where the cell has none."""
+        return next((obstacle for obstacle in self.obstacle if obstacle.name == TANK), None)
 
     @property
     def joint_percent(self) -> int:
@@ -161,7 +220,9 @@ def load_arm(arm: str | Path) -> Arm:
 
 
 def load_cell(cell: str | Path | None = None) -> Cell:
-    """Load a cell from a TOML file; without one, the default cell. Its ``arm`` is a name, or a path beside the file.
+    """Load a cell: a TOML file, the name of one that comes with helimag (``wide``), or the default cell.
+
+    Its ``arm`` is a name, or a path beside the file.
 
     Raises
     ------
@@ -170,10 +231,10 @@ def load_cell(cell: str | Path | None = None) -> Cell:
     InputError
         Where it is not a cell.
     """
-    if cell is None:
-        folder, source = None, "default cell"
-        text = (resources.files("helimag.robot") / "data" / "default_cell.toml").read_text(encoding="utf-8")
-        data = toml_tables(text, source)
+    packaged = resources.files("helimag.robot") / "data" / f"{'default' if cell is None else cell}_cell.toml"
+    if cell is None or (str(cell).isidentifier() and packaged.is_file()):
+        folder, source = None, f"{'default' if cell is None else cell} cell"
+        data = toml_tables(packaged.read_text(encoding="utf-8"), source)
     else:
         folder, source = Path(cell).parent, str(cell)
         data = named_tables(Path(cell), "cell")
@@ -181,3 +242,24 @@ def load_cell(cell: str | Path | None = None) -> Cell:
         beside = None if folder is None else folder / data["arm"]
         data["arm"] = load_arm(beside if beside is not None and beside.is_file() else data["arm"])
     return model_of(Cell, data, source)
+
+
+def check_tank(cell: Cell, scenario: Scenario) -> None:
+    """Raise InputError where a scenario and the tank of a cell do not go together: one tank serves both.
+
+    The device must start inside it, and so must the scenario's own walls, floor and surface be; they may be closer.
+    """
+    tank = cell.tank
+    if tank is None:
+        return
+    remedy = f"give a cell whose tank holds it (--cell), or change the scenario; cell '{cell.name}'"
+    axes = zip("xyz", tank.low, tank.high, scenario.drive.start, *scenario.workspace.box, strict=True)
+    for axis, low, high, start, near, far in axes:
+        span = f"{axis} from {q.show(low, q.LENGTH)} to {q.show(high, q.LENGTH)}"
+        if not low < start < high:
+            got = q.show(start, q.LENGTH)
+            raise InputError(f"drive.start must be inside the cell's tank, {span}; got '{got}'; {remedy}")
+        for end in (near, far):
+            if math.isfinite(end) and not low - SAME <= end <= high + SAME:
+                got = q.show(end, q.LENGTH)
+                raise InputError(f"workspace must lie inside the cell's tank, {span}; got {axis} '{got}'; {remedy}")

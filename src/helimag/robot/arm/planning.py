@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.robot.arm.cell import Cell
+from helimag.robot.arm.cell import Cell, check_tank
 from helimag.robot.arm.checks import Offence, continuous, first_collision, first_offence, joint_rates
 from helimag.robot.arm.frames import inverse
 from helimag.robot.arm.kinematics import BRANCHES, TURN, inverse_kinematics
 from helimag.robot.arm.path import MagnetPath, Motion, magnet_path, tool_frames
+from helimag.robot.arm.retreat import retreat_offence
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -124,7 +125,13 @@ def plan(scenario: Scenario, cell: Cell, *, unwind: bool = False) -> ArmPlan:
     ----------
     unwind
         Where a wrist axis runs into its limit, stop there and turn it back by whole turns.
+
+    Raises
+    ------
+    InputError
+        Where the device starts outside the cell's tank, or the scenario's walls lie outside it.
     """
+    check_tank(cell, scenario)
     path = magnet_path(scenario)
     times = _sample_times(path)
     reach = max(math.hypot(*magnet.offset) + magnet.reach for magnet in scenario.magnet)
@@ -149,7 +156,8 @@ def plan(scenario: Scenario, cell: Cell, *, unwind: bool = False) -> ArmPlan:
         best.offence,
         _alternatives(candidates, best, path.duration),
     )
-    return unwound(found, reach) if unwind else found
+    found = unwound(found, reach) if unwind else found
+    return found if found.offence is not None else replace(found, offence=retreat_offence(found, reach))
 
 
 def _alternatives(candidates: list[_Candidate], best: _Candidate, duration: float) -> tuple[Alternative, ...]:

@@ -1,19 +1,22 @@
 """What a programme does, against the plan it was written from: where the magnet is, when, and what was set."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.robot.arm.cell import Cell
 from helimag.robot.arm.path import tool_frames
 from helimag.robot.arm.planning import ArmPlan
+from helimag.robot.arm.retreat import APPROACH_SPEED, retreat_frames
 from helimag.robot.krl.instructions import Order, instructions
 from helimag.robot.krl.interpreter import Playback
 from helimag.robot.krl.machine import ROUNDING, Leg
+from helimag.robot.krl.sequence import APPROACH, Awaited, Output, handshake, lead_time
 from helimag.robot.krl.settings import DEFAULTS, Setting
 from helimag.robot.krl.values import single
-from helimag.robot.krl.writer import APPROACH, APPROACH_SPEED, number, standing
+from helimag.robot.krl.writer import load_settings, number, standing
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +28,8 @@ PACE = 2e-3  # of a motion's own duration: how much later or earlier it may make
 SINGLE = 1e-6  # of a setting: single precision after a little arithmetic
 ARM = 1.0  # m; weighs axis against position where times are matched: a yawing axis tells the time best
 STEP = 1e-3  # s; of the differences that give the speed
+NEARLY = 1e-4  # m; a line that is meant to be the way up
+LEAD = 1e-4  # s; of the motor's phase: a tenth of a degree at 3 Hz
 SLACK = 1e-3  # s; programme times carry the rounding of the speeds
 _ON_PATH = frozenset({"lin", "circ", "spl", "lin_rel"})
 
@@ -62,6 +67,9 @@ def deviation(plan: ArmPlan, playback: Playback) -> Deviation:
     """
     from scipy.spatial.transform import Rotation
 
+    on_way_up = tuple(_up(plan, playback))
+    beside = (*_handshake(plan, playback), *_switches(plan, playback))
+    playback = on_path(plan.cell, playback)
     times, unwinding = path_time(plan, playback.time)
     sign = -1.0 if plan.reversed_axis else 1.0
     pose = playback.tool(plan.cell)
@@ -78,10 +86,67 @@ def deviation(plan: ArmPlan, playback: Playback) -> Deviation:
         *_paces(plan, playback, late),
         *_settings(plan, playback),
         *_joints(plan, playback),
-        *_switches(plan, playback),
+        *on_way_up,
+        *beside,
     )
     off_axis = float(turned[~unwinding].max())
     return Deviation(float(away.max()), off_axis, timing, playback.duration, tuple(dict.fromkeys(differences)))
+
+
+def on_path(cell: Cell, playback: Playback) -> Playback:
+    """A programme without the way up at its end, its time counted from when the path begins."""
+    legs, until = playback.legs, playback.time.size
+    ramps = playback.ramps
+    way_up = _way_up(cell, playback)
+    if way_up is not None:
+        legs = tuple(leg for leg in legs if leg is not way_up)
+        until, ramps = way_up.first + 1, max((leg.ramps for leg in legs if leg.last <= way_up.first), default=0.0)
+    time = playback.time[:until] - playback.begin
+    return replace(playback, time=time, flange=playback.flange[:until], ramps=ramps, legs=legs, begin=0.0)
+
+
+def _way_up(cell: Cell, playback: Playback) -> Leg | None:
+    """The last motion, where it is a line up by the cell's retreat."""
+    moves = [leg for leg in playback.legs if leg.order != "end"]
+    if cell.retreat is None or len(moves) < 3 or moves[-1].order != "lin":
+        return None
+    first, last = playback.tool(cell)[[moves[-1].first, moves[-1].last], :3, 3]
+    return moves[-1] if np.abs(last - first - [0.0, 0.0, cell.retreat]).max() < NEARLY else None
+
+
+def _up(plan: ArmPlan, playback: Playback) -> Iterator[str]:
+    """Whether the arm goes up from the end of the path as planned: where to, how fast, and nothing behind it."""
+    height, leg = plan.cell.retreat, _way_up(plan.cell, playback)
+    if height is None:
+        return
+    if leg is None:
+        yield f"the programme does not go up by {1e3 * height:g} mm at its end"
+        return
+    pose = playback.tool(plan.cell)[[leg.first, leg.last]]
+    off = np.abs(pose - retreat_frames(plan, np.array([0.0, height])))
+    if off[:, :3, 3].max() > POSITION or off[:, :3, :3].max() > AXIS:
+        yield f"{_where(leg)}: the last motion is not the way up by {1e3 * height:g} mm from the end of the path"
+    if not _alike(leg.settings.get("$VEL.CP", 0.0), _value(number(APPROACH_SPEED, 10))):
+        yield f"{_where(leg)}: $VEL.CP is not the plan's on the way up, {APPROACH_SPEED:g}"
+    if playback.time[-1] > playback.time[leg.last] + SLACK:
+        yield f"{_where(leg)}: the programme goes on behind the way up"
+
+
+def _handshake(plan: ArmPlan, playback: Playback) -> Iterator[str]:
+    """Whether the programme waits for the motor as planned, begins in phase, and stops it when the arm is stopped."""
+    wanted = [(step.number, step.on) for step in handshake(plan) if isinstance(step, Awaited)]
+    found = [(each.input, each.on) for each in playback.awaited]
+    if found != wanted:
+        yield f"inputs: the programme waits for {_states('$IN', found)}; the plan for {_states('$IN', wanted)}"
+    elif any(each.motions != 2 for each in playback.awaited):
+        yield "inputs: the programme does not wait for the motor where the path begins"
+    lead = playback.begin - (playback.awaited[-1].time if playback.awaited else 0.0)
+    if abs(lead - lead_time(plan)) > LEAD:
+        yield f"the path begins {lead:.6f} s after the motor's phase reference; the plan has {lead_time(plan):.6f} s"
+    motor = plan.cell.motor
+    off = () if motor is None else ((motor.run_output, False),)
+    if playback.on_stop != off:
+        yield f"on a stop the programme sets {_states('$OUT', playback.on_stop)}; the plan {_states('$OUT', off)}"
 
 
 def _lateness(plan: ArmPlan, times: Floats, position: Floats, axis: Floats) -> Floats:
@@ -162,7 +227,7 @@ def _planned_motions(plan: ArmPlan) -> list[tuple[float, bool, bool]]:
 
 def _settings(plan: ArmPlan, playback: Playback) -> Iterator[str]:
     """Settings that are not the plan's at a motion, or at the end."""
-    wanted = {name: _value(text) for name, text in standing(plan).items()}
+    wanted = {name: _value(text) for name, text in (standing(plan) | load_settings(plan.cell.load)).items()}
     speeds = {_value(number(order.speed, 10)) for order in instructions(plan) if order.order in {Order.LINE, Order.ARC}}
     for i, leg in enumerate(playback.legs):
         allowed: dict[str, set[Setting]] = {name: {value} for name, value in wanted.items()}
@@ -241,15 +306,19 @@ def _joints(plan: ArmPlan, playback: Playback) -> Iterator[str]:
 
 def _switches(plan: ArmPlan, playback: Playback) -> Iterator[str]:
     """Outputs that are switched otherwise than planned."""
-    output = plan.cell.start_output
+    on = [step.number for step in handshake(plan) if isinstance(step, Output)]
+    wanted = [*((number, True) for number in on), *((number, False) for number in reversed(on))]
+    found = [(switch.output, switch.on) for switch in playback.switches]
+    if found != wanted:
+        yield f"outputs: the programme switches {_states('$OUT', found)}; the plan {_states('$OUT', wanted)}"
+        return
     late = TIMING * plan.duration
-    wanted = [] if output is None else [(0.0, int(output), True), (plan.duration, int(output), False)]
-    found = [(switch.time, switch.output, switch.on) for switch in playback.switches]
-    if [entry[1:] for entry in found] != [entry[1:] for entry in wanted]:
-        yield f"outputs: the programme switches {_switched(found)}; the plan {_switched(wanted)}"
-    elif any(abs(a[0] - b[0]) > late for a, b in zip(found, wanted, strict=True)):
-        yield "outputs are not switched at the beginning and the end of the path"
+    for switch in playback.switches:
+        begins = 0.0 if plan.cell.motor is not None and switch.output == plan.cell.motor.run_output else playback.begin
+        due = begins if switch.on else playback.begin + plan.duration
+        if abs(switch.time - due) > late:
+            yield f"$OUT[{switch.output}] is not switched at the beginning and the end of the path"
 
 
-def _switched(entries: list[tuple[float, int, bool]]) -> str:
-    return ", ".join(f"$OUT[{output}]={'TRUE' if on else 'FALSE'}" for _, output, on in entries) or "none"
+def _states(kind: str, entries: Iterable[tuple[int, bool]]) -> str:
+    return ", ".join(f"{kind}[{number}]={'TRUE' if on else 'FALSE'}" for number, on in entries) or "none"

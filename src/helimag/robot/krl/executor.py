@@ -1,12 +1,12 @@
 """Carry out a programme statement by statement: declarations, assignments, branches, loops, sub-programmes."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from enum import Enum, auto
 from typing import Any
 
 from helimag.errors import InputError
 from helimag.robot.krl.basics import bas
-from helimag.robot.krl.grammar import tree_of
+from helimag.robot.krl.interrupts import Interrupts
 from helimag.robot.krl.machine import Machine
 from helimag.robot.krl.routines import Block, Line, Module, Refused, Routine, Statement
 from helimag.robot.krl.values import Reference, Value, Variables, evaluate, reference_of
@@ -22,7 +22,6 @@ _GLOBAL = {
     "LDAT_ACT": "LDAT",
     "PDAT_ACT": "PDAT",
 }
-_STOP_MESSAGES = ("3", "$STOPMESS==TRUE", "IR_STOPM")  # the one interrupt of every programme: it reports stops
 
 
 class _Flow(Enum):
@@ -36,12 +35,12 @@ class _Flow(Enum):
 class Executor:
     """Runs a module on a machine; every refusal names its line."""
 
-    def __init__(self, module: Module, machine: Machine) -> None:
-        self.module, self.machine = module, machine
+    def __init__(self, module: Module, machine: Machine, inputs: Collection[int] = ()) -> None:
+        self.module, self.machine, self.inputs = module, machine, frozenset(inputs)
         self.shared = Variables(types=dict(_GLOBAL))
         self.scopes: list[Variables] = []
         self.done = 0
-        self.interrupt = False
+        self.interrupts = Interrupts(module.routines)
 
     def run(self) -> None:
         """Carry out the declarations and then the main programme."""
@@ -91,13 +90,11 @@ class Executor:
             case "wait":
                 self.machine.wait(self._number(parts[0], "WAIT SEC"))
             case "wait_for":
-                if not self._truth(parts[0]):
-                    raise InputError("the programme would wait here for ever")
-                self.machine.stop()
+                self._wait_for(parts[0])
             case "call":
                 self._called(str(parts[0]), [argument.children[0] for argument in parts[1:]])
             case "interrupt_decl" | "interrupt_on" | "interrupt_off":
-                self._interrupt(line)
+                self.interrupts.carry_out(line, moving=bool(self.machine.legs))
             case "exit_":
                 return _Flow.EXIT
             case "return_":
@@ -112,7 +109,7 @@ class Executor:
                 raise InputError(f"expected a statement that belongs here; got {kind}")
         return _Flow.NEXT
 
-    def _move(self, line: Line, order: str, parts: list[Any]) -> None:
+    def _move(self, line: Line, order: str, parts: list[Any], *, inside: bool = False) -> None:
         points = [self._point(part.children[0]) for part in parts if _is(part, "point")]
         roundings = [str(part) for part in parts if isinstance(part, str)]
         own = [setting for part in parts if _is(part, "with_") for setting in part.children]
@@ -122,7 +119,7 @@ class Executor:
             if reference.name not in {"$VEL", "$ACC", "$ORI_TYPE", "$CIRC_TYPE", "$APO"}:
                 raise InputError(f"{reference} after WITH is not followed")
             self.machine.settings.write(reference, self._value(setting.children[1]))
-        self.machine.move(order, points, roundings, line.number)
+        self.machine.move(order, points, roundings, line.number, inside=inside)
         if own:
             self.machine.settings.values = kept
 
@@ -143,15 +140,18 @@ class Executor:
             raise InputError(f"{name} takes parameters or is a function, which is not followed")
         self._call(routine)
 
-    def _interrupt(self, line: Line) -> None:
-        parts = line.parts
-        if line.kind == "interrupt_decl":
-            usual = parts[1] == tree_of(f"WAIT FOR {_STOP_MESSAGES[1]}").children[0]
-            if (str(parts[0]), str(parts[2])) != (_STOP_MESSAGES[0], _STOP_MESSAGES[2]) or not usual:
-                raise InputError("what an interrupt does while the arm moves is not followed; only that of IR_STOPM is")
-            self.interrupt = True
-        elif not self.interrupt or [str(part) for part in parts] not in ([], [_STOP_MESSAGES[0]]):
-            raise InputError("the interrupt is not declared")
+    def _wait_for(self, condition: Any) -> None:
+        """A wait for an input that somebody answers on, or for what is true already."""
+        negated = condition.data == "not_"
+        inner = condition.children[0] if negated else condition
+        if inner.data == "reference":
+            reference = reference_of(inner, self._read)
+            if reference.name == "$IN" and reference.index in self.inputs and not reference.parts:
+                self.machine.wait_for(reference.index, on=not negated)
+                return
+        if not self._truth(condition):
+            raise InputError("the programme would wait here for ever")
+        self.machine.stop()
 
     def _declare(self, parts: list[Any]) -> None:
         kind = str(parts[0])
@@ -228,15 +228,27 @@ class Executor:
         return _Flow.NEXT
 
     def _spline(self, block: Block) -> _Flow:
-        """A spline block of one motion is that motion; the course through several points is the controller's own."""
-        inner = block.arms[0][1]
-        if len(inner) != 1 or isinstance(inner[0], Block) or inner[0].kind not in {"spl", "lin", "circ"}:
-            raise InputError("the course of a spline block of more than one motion is not followed")
-        line, end = inner[0], block.arms[1][0]
-        if any(isinstance(part, str) for part in line.parts):
-            raise line.refused("a point inside a spline block is not rounded by itself")
-        self._count(line)
-        self._move(line, line.kind, [*block.head.parts, *line.parts, *end.parts])
+        """A spline block: its motions one after the other, passed without a stop, if that is how any controller goes.
+
+        Between points the course is the controller's own; it is followed where it cannot leave the chords.
+        """
+        inner, end = block.arms[0][1], block.arms[1][0]
+        motions = [line for line in inner if not isinstance(line, Block) and line.kind in {"spl", "lin", "circ"}]
+        if not inner or len(motions) != len(inner):
+            raise InputError("a spline block of anything but SPL, SLIN and SCIRC is not followed")
+        first = len(self.machine.legs)
+        for i, line in enumerate(motions):
+            self._count(line)
+            if any(isinstance(part, str) for part in line.parts):
+                raise line.refused("a point inside a spline block is not rounded by itself")
+            try:
+                closing = end.parts if i == len(motions) - 1 else []
+                self._move(line, line.kind, [*block.head.parts, *line.parts, *closing], inside=i < len(motions) - 1)
+            except Refused:
+                raise
+            except InputError as error:
+                raise line.refused(error) from None
+        self.machine.check_course(self.machine.legs[first:])
         return _Flow.NEXT
 
     def _value(self, tree: Any) -> Value:

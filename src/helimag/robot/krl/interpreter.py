@@ -1,6 +1,7 @@
 """Run a KRL programme on paper: where the arm is, and when."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from helimag.errors import InputError
 from helimag.robot.arm.cell import Arm, Cell
 from helimag.robot.arm.frames import inverse
 from helimag.robot.krl.executor import Executor
-from helimag.robot.krl.machine import Leg, Machine, Switch
+from helimag.robot.krl.machine import AwaitedInput, Leg, Machine, Switch
 from helimag.robot.krl.routines import module_of
 
 Floats = NDArray[np.float64]
@@ -23,7 +24,8 @@ class Playback:
     ``time`` (n,) in s is without the ramps where the arm starts and stops; ``flange`` (n, 4, 4) the flange in the arm's
     base frame, with samples inside every motion, and several at one time where a motion takes none. ``ramps`` is the
     time that starting and stopping adds. ``legs`` are the motions with what was set for each, ``switches`` the outputs
-    set.
+    set, ``awaited`` the inputs that the arm waits for, ``on_stop`` the outputs that are set when it is stopped. The
+    path begins at ``begin`` (s), after the last wait for an input and the pause that follows it.
     """
 
     time: Floats
@@ -31,6 +33,9 @@ class Playback:
     ramps: float
     legs: tuple[Leg, ...]
     switches: tuple[Switch, ...]
+    awaited: tuple[AwaitedInput, ...] = ()
+    on_stop: tuple[tuple[int, bool], ...] = ()
+    begin: float = 0.0
 
     @property
     def override_set(self) -> bool:
@@ -47,7 +52,7 @@ class Playback:
         return np.asarray(inverse(cell.lab_in_base) @ self.flange @ cell.tool_in_flange)
 
 
-def play(src: str, dat: str, arm: Arm, *, interval: float = math.inf) -> Playback:
+def play(src: str, dat: str, arm: Arm, *, interval: float = math.inf, inputs: Collection[int] = ()) -> Playback:
     """Interpret a programme.
 
     Parameters
@@ -58,6 +63,8 @@ def play(src: str, dat: str, arm: Arm, *, interval: float = math.inf) -> Playbac
         Whose joint angles the programme's PTP motions name.
     interval
         Longest time (s) between two poses; there are five or more in each motion in any case, its end among them.
+    inputs
+        Numbers of the inputs that somebody answers on, so that the programme may wait for them.
 
     Raises
     ------
@@ -66,9 +73,17 @@ def play(src: str, dat: str, arm: Arm, *, interval: float = math.inf) -> Playbac
         names the line.
     """
     machine = Machine(arm, interval)
-    Executor(module_of(src, dat), machine).run()
+    executor = Executor(module_of(src, dat), machine, inputs)
+    executor.run()
     if machine.joints is None or not machine.flanges:
         raise InputError("the programme has no motion that begins at joint angles (PTP to an E6AXIS)")
     return Playback(
-        np.array(machine.times), np.array(machine.flanges), machine.ramps, tuple(machine.legs), tuple(machine.switches)
+        np.array(machine.times),
+        np.array(machine.flanges),
+        machine.ramps,
+        tuple(machine.legs),
+        tuple(machine.switches),
+        tuple(machine.awaited),
+        executor.interrupts.on_stop,
+        machine.begin,
     )

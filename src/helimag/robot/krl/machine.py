@@ -17,6 +17,7 @@ from helimag.errors import InputError
 from helimag.robot.arm.cell import Arm
 from helimag.robot.arm.frames import angles, frame, frames, inverse, turn_vector, vector_turn
 from helimag.robot.arm.kinematics import forward, inverse_kinematics, principal
+from helimag.robot.krl.course import Piece, check_course
 from helimag.robot.krl.instructions import arc_angle, arc_centre
 from helimag.robot.krl.settings import Setting, Settings
 from helimag.robot.krl.values import Aggregate, Reference, Value, single, split
@@ -38,7 +39,8 @@ class Leg:
     """One motion as it was carried out: its line, its length (m), what was set, and the joints (6,) at its end.
 
     ``first`` and ``last`` are the samples at its two ends; ``rounded`` says that the arm passes its end without a stop.
-    The end of the programme is a leg too, of order ``end``.
+    ``ramps`` is the time that starting and stopping has added by its end (s). The end of the programme is a leg too, of
+    order ``end``.
     """
 
     line: int
@@ -50,6 +52,17 @@ class Leg:
     first: int
     last: int
     rounded: bool = False
+    ramps: float = 0.0
+
+
+@dataclass(frozen=True)
+class AwaitedInput:
+    """A digital input that the arm waits for: from when (s), which one, on or off, and after how many motions."""
+
+    time: float
+    input: int
+    on: bool
+    motions: int
 
 
 @dataclass(frozen=True)
@@ -75,9 +88,13 @@ class Machine:
     running: float | None = None  # speed over acceleration at the last point that was passed; None when the arm stands
     legs: list[Leg] = field(default_factory=list)
     switches: list[Switch] = field(default_factory=list)
+    awaited: list[AwaitedInput] = field(default_factory=list)
+    begin: float = 0.0  # when the pause ends that follows the last wait for an input (s)
 
-    def move(self, order: str, points: Sequence[Aggregate], roundings: Sequence[str], line: int) -> None:
-        """Carry out a motion.
+    def move(
+        self, order: str, points: Sequence[Aggregate], roundings: Sequence[str], line: int, *, inside: bool = False
+    ) -> None:
+        """Carry out a motion; ``inside`` a spline block the arm passes its end without a stop.
 
         Raises
         ------
@@ -92,16 +109,32 @@ class Machine:
             length, rounded = 0.0, False
             self._to_joints(self._joint_target(points[0], relative=order == "ptp_rel"))
         else:
-            rounded = self._rounded(roundings)
+            rounded = inside or self._rounded(roundings)
             length = self._along_path(order, points)
             if not rounded:
                 self.stop()
         self._record(line, order, length, first, rounded)
 
+    def check_course(self, legs: Sequence[Leg]) -> None:
+        """Whether motions that have been carried out may stand in one spline block.
+
+        Raises
+        ------
+        InputError
+            Where their course hangs on the controller.
+        """
+        _, tool = self._frames
+        pieces = []
+        for leg in legs:
+            poses = np.array(self.flanges[leg.first : leg.last + 1]) @ tool
+            pieces.append(Piece(leg.order, self.times[leg.last] - self.times[leg.first], poses))
+        check_course(pieces)
+
     def _record(self, line: int, order: str, length: float, first: int, rounded: bool) -> None:
         if self.joints is not None:
             kept, last = dict(self.settings.values), len(self.times) - 1
-            self.legs.append(Leg(line, order, length, kept, self.settings.override, self.joints, first, last, rounded))
+            override, ramps = self.settings.override, self.ramps
+            self.legs.append(Leg(line, order, length, kept, override, self.joints, first, last, rounded, ramps))
 
     def wait(self, seconds: float) -> None:
         """Stand still."""
@@ -110,6 +143,14 @@ class Machine:
         self.stop()
         if self.flanges:
             self._add(self.times[-1] + seconds, self.flanges[-1])
+            if self.awaited and self.awaited[-1].motions == len(self.legs):
+                self.begin = self.times[-1]
+
+    def wait_for(self, number: int, *, on: bool) -> None:
+        """Stand still until an input is on or off; how long that takes is not the programme's, and not counted."""
+        self.stop()
+        self.begin = self.times[-1] if self.times else 0.0
+        self.awaited.append(AwaitedInput(self.begin, number, on, len(self.legs)))
 
     def switch(self, reference: Reference, value: Value) -> None:
         """Set a digital output; the arm stops for it, since no CONTINUE is honoured."""

@@ -59,6 +59,10 @@ KINDS: Mapping[str, Number | Choice] = {
     "$IPO_MODE": Choice(("#BASE",), "motion in the tool's frame is not followed"),
     "$ORI_TYPE": Choice(("#VAR", "#CONSTANT"), "turns by the wrist's joints are not followed"),
     "$CIRC_TYPE": Choice(("#PATH", "#BASE"), "other turns on an arc are not followed"),
+    "$LOAD.M": Number(0, 1e3),
+    **{f"$LOAD.CM.{part}": Number(-1e4, 1e4) for part in "XYZ"},
+    **{f"$LOAD.CM.{part}": Number(-360, 360) for part in "ABC"},
+    **{f"$LOAD.J.{part}": Number(-1e-9, 1e4) for part in "XYZ"},
     **{f"$VEL_AXIS[{i}]": _PERCENT for i in range(1, 7)},
     **{f"$ACC_AXIS[{i}]": _PERCENT for i in range(1, 7)},
 }
@@ -71,7 +75,7 @@ DEFAULTS: Mapping[str, Setting] = {
     **{f"$ACC_AXIS[{i}]": 100.0 for i in range(1, 7)},
 }
 FRAMES = ("$BASE", "$TOOL")
-_GROUPS = ("$VEL", "$ACC", "$APO")
+_GROUPS = ("$VEL", "$ACC", "$APO", "$LOAD", "$LOAD.CM", "$LOAD.J")
 IDLE = frozenset({"$BWDSTART"})  # settings without effect on a programme that runs forwards
 
 
@@ -98,9 +102,9 @@ class Settings:
         name = str(reference)
         if reference.name in FRAMES and reference.index is None:
             self._frame(reference, value)
-        elif reference.name in _GROUPS and isinstance(value, dict) and not reference.parts:
+        elif name in _GROUPS and isinstance(value, dict):
             for part, number in value.items():
-                self.write(Reference(reference.name, None, (part,)), number)
+                self.write(Reference(reference.name, None, (*reference.parts, part)), number)
         elif name == "$OV_PRO":
             self.override = float(KINDS[name].checked(name, value))
         elif name in KINDS:

@@ -8,17 +8,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.robot.arm.cell import Load
 from helimag.robot.arm.frames import angles
 from helimag.robot.arm.planning import ArmPlan
-from helimag.robot.krl.instructions import Instruction, Order, instructions, tool_poses
+from helimag.robot.krl.instructions import Order, instructions
+from helimag.robot.krl.sequence import (
+    DECIMALS,
+    AtStart,
+    Awaited,
+    Going,
+    JointSpeed,
+    Output,
+    PathSpeed,
+    Rest,
+    Step,
+    sequence,
+)
 
 Floats = NDArray[np.float64]
 
 LONGEST_NAME = 24
 LARGEST = 1e6  # no number of a sane programme is beyond it
 SLOWEST = 1e-7  # m/s; ten decimals still hold it to 0.05 %
-APPROACH_SPEED = 0.1  # m/s, where a turn sets the pace
-APPROACH = 10  # % of the joint speeds, on the way to the first point
+ABORT = 2  # the interrupt that switches the motor off, before that of IR_STOPM
+LONGEST_BLOCK = 400  # motions of a spline block; a controller plans all of it before it moves
+_ALONG = frozenset({Order.LINE, Order.ARC})
 RESERVED = frozenset(
     [
         "AND",
@@ -190,7 +204,7 @@ def write_krl(plan: ArmPlan, name: str, header: Sequence[str] = (), *, spline: b
     header
         Lines of text that open the .src file as comments.
     spline
-        Write SLIN and SCIRC instead of LIN and CIRC.
+        Write spline motions: blocks of SPL and SCIRC from stop to stop, which keep $VEL.CP at their points.
 
     Raises
     ------
@@ -198,13 +212,13 @@ def write_krl(plan: ArmPlan, name: str, header: Sequence[str] = (), *, spline: b
         Where a name or a number does not fit into the language, or a motion is too slow to be written.
     """
     checked_name(name)
-    orders = instructions(plan)
-    src = "\n".join([*_opening(plan, name, header, spline), *_body(plan, orders, spline), "END", ""])
-    dat = "\n".join([*_points(plan, name, orders), "ENDDAT", ""])
+    steps = sequence(plan)
+    src = "\n".join([*_opening(plan, name, header), *_body(steps, spline), "END", *_on_abort(plan, name), ""])
+    dat = "\n".join([*_points(name, steps), "ENDDAT", ""])
     return src, dat
 
 
-def _opening(plan: ArmPlan, name: str, header: Iterable[str], spline: bool) -> Iterator[str]:
+def _opening(plan: ArmPlan, name: str, header: Iterable[str]) -> Iterator[str]:
     cell = plan.cell
     yield from ("&ACCESS RVP", "&REL 1", f"DEF {name} ( )")
     yield from (comment(line) for line in header)
@@ -216,17 +230,49 @@ def _opening(plan: ArmPlan, name: str, header: Iterable[str], spline: bool) -> I
         "    BAS (#INITMOV,0 )",
         "  ;ENDFOLD (BASISTECH INI)",
         ";ENDFOLD (INI)",
+    )
+    if cell.motor is not None:
+        yield f"INTERRUPT DECL {ABORT} WHEN $STOPMESS==TRUE DO {_abort_name(name)} ( )"
+        yield f"INTERRUPT ON {ABORT}"
+    yield from (
         f"$BASE={{{pose(frame_pose(cell.lab_in_base))}}}",
         f"$TOOL={{{pose(frame_pose(cell.tool_in_flange))}}}",
-        *(f"{name}={value}" for name, value in standing(plan).items()),
-        f"$VEL.CP={number(APPROACH_SPEED, 10)}",
     )
-    yield from _joint_speed(APPROACH)
-    yield "PTP XSTART"
-    # joint angles in single precision are off by some 50 nm; a pose in the lab frame is not
-    yield f"{'S' if spline else ''}LIN XBEGIN"
-    # half an override halves the arm and not the magnet; whoever wants one on the way to the start may have it
-    yield "$OV_PRO=100"
+    if cell.load is not None:
+        yield f"$LOAD={_load(cell.load)}"
+    yield from (f"{name}={value}" for name, value in standing(plan).items())
+
+
+def _abort_name(name: str) -> str:
+    return f"{name[: LONGEST_NAME - 4]}_OFF"
+
+
+def _on_abort(plan: ArmPlan, name: str) -> Iterator[str]:
+    """What runs when the arm is stopped: the motor off, and no way to go on, since the device has been let go."""
+    if plan.cell.motor is not None:
+        yield f"DEF {_abort_name(name)} ( )"
+        yield f"$OUT[{plan.cell.motor.run_output}]=FALSE"
+        yield from ("LOOP", "HALT", "ENDLOOP", "END")
+
+
+def _load(load: Load) -> str:
+    """$LOAD: kilograms, millimetres and kg m^2, along the flange's axes."""
+    center = ",".join(f"{name} {number(1e3 * value, 3)}" for name, value in zip("XYZ", load.center, strict=True))
+    inertia = ",".join(f"{name} {number(value, 6)}" for name, value in zip("XYZ", load.inertia, strict=True))
+    return f"{{M {number(load.mass, 4)},CM {{{center},A 0.0,B 0.0,C 0.0}},J {{{inertia}}}}}"
+
+
+def load_settings(load: Load | None) -> dict[str, str]:
+    """The parts of $LOAD by name, as they are written."""
+    if load is None:
+        return {}
+    center, inertia = zip("XYZ", load.center, strict=True), zip("XYZ", load.inertia, strict=True)
+    return {
+        "$LOAD.M": number(load.mass, 4),
+        **{f"$LOAD.CM.{name}": number(1e3 * value, 3) for name, value in center},
+        **{f"$LOAD.CM.{name}": "0.0" for name in "ABC"},
+        **{f"$LOAD.J.{name}": number(value, 6) for name, value in inertia},
+    }
 
 
 def standing(plan: ArmPlan) -> dict[str, str]:
@@ -251,61 +297,97 @@ def _turn_speed(plan: ArmPlan) -> float:
     return abs(plan.path.yaw_rate) if turning else plan.cell.speed_share * plan.cell.arm.joint_speed[5]
 
 
-def _joint_speed(percent: int) -> Iterator[str]:
-    for i in range(1, 7):
-        yield f"$VEL_AXIS[{i}]={percent}"
+def _body(steps: Sequence[Step], spline: bool) -> Iterator[str]:
+    at = 0
+    while at < len(steps):
+        block = _block(steps, at) if spline else []
+        if len(block) > 1:
+            yield from _spline(block)
+            at += len(block)
+        else:
+            yield from _lines(steps[at], "S" if spline else "")
+            at += 1
 
 
-def _body(plan: ArmPlan, orders: Sequence[Instruction], spline: bool) -> Iterator[str]:
-    output = plan.cell.start_output
-    if output is not None:
-        yield f"$OUT[{int(output)}]=TRUE"
-    speed, joint_speed = None, APPROACH
-    for i, order in enumerate(orders, start=1):
-        if order.order in {Order.LINE, Order.ARC}:
-            if order.speed < SLOWEST:
-                raise InputError(
-                    f"the arm must move at {1e3 * SLOWEST:g} mm/s or faster to be programmed; "
-                    f"at {order.begin:.2f} s the path asks "
-                    f"for {1e3 * order.speed:.3g} mm/s"
-                )
-            if number(order.speed, 10) != speed:
-                speed = number(order.speed, 10)
-                yield f"$VEL.CP={speed}"
-        if order.order is Order.JOINTS and round(100.0 * order.speed) != joint_speed:
-            joint_speed = round(100.0 * order.speed)
-            yield from _joint_speed(joint_speed)
-        yield _motion(order, i, "S" if spline else "")
-        if order.order is Order.JOINTS:  # the pose that it has turned back to
-            yield f"{'S' if spline else ''}LIN XP{i - 1}"
-    if output is not None:
-        yield f"$OUT[{int(output)}]=FALSE"
+def _block(steps: Sequence[Step], at: int) -> list[Step]:
+    """The steps from one on that are passed without a stop, up to the one that stops: motions and their speeds."""
+    block: list[Step] = []
+    for step in steps[at : at + LONGEST_BLOCK]:
+        if not isinstance(step, PathSpeed | Going) or (isinstance(step, Going) and step.order not in _ALONG):
+            break
+        if isinstance(step, PathSpeed) and not block:  # the speed that a block begins with is set before it
+            break
+        block.append(step)
+        if isinstance(step, Going) and not step.rounded:
+            return block
+    while block and isinstance(block[-1], PathSpeed):
+        block.pop()
+    return block
 
 
-def _motion(order: Instruction, i: int, prefix: str) -> str:
-    match order.order:
+def _spline(block: Sequence[Step]) -> Iterator[str]:
+    """A block of spline motions; a speed other than that before the block goes with each motion that it holds for."""
+    speed = ""
+    yield "SPLINE"
+    for step in block:
+        match step:
+            case PathSpeed():
+                speed = f" WITH $VEL.CP={_path_speed(step)}"
+            case Going(order=Order.ARC):
+                yield f"  SCIRC {step.via_name}, {step.name}{speed}"
+            case Going():
+                yield f"  SPL {step.name}{speed}"
+    rounded = isinstance(block[-1], Going) and block[-1].rounded
+    yield "ENDSPLINE" + (" C_SPL" if rounded else "")
+
+
+def _lines(step: Step, prefix: str) -> Iterator[str]:
+    match step:
+        case PathSpeed():
+            yield f"$VEL.CP={_path_speed(step)}"
+        case JointSpeed():
+            yield from (f"$VEL_AXIS[{i}]={step.percent}" for i in range(1, 7))
+        case AtStart():
+            # half an override halves the arm and not the magnet; whoever wants one on the way to the start may have it
+            yield "$OV_PRO=100"
+        case Output():
+            yield f"$OUT[{step.number}]={'TRUE' if step.on else 'FALSE'}"
+        case Awaited():
+            yield f"WAIT FOR {'' if step.on else 'NOT '}$IN[{step.number}]"
+        case Rest():
+            yield f"WAIT SEC {number(step.seconds, 6)}"
+        case Going():
+            yield _motion(step, prefix)
+
+
+def _path_speed(step: PathSpeed) -> str:
+    if step.speed < SLOWEST:
+        raise InputError(
+            f"the arm must move at {1e3 * SLOWEST:g} mm/s or faster to be programmed; at {step.time:.2f} s the path "
+            f"asks for {1e3 * step.speed:.3g} mm/s"
+        )
+    return number(step.speed, DECIMALS)
+
+
+def _motion(step: Going, prefix: str) -> str:
+    match step.order:
         case Order.JOINTS:
-            return f"PTP XP{i}"
-        case Order.LINE:
-            return f"{prefix}LIN XP{i}" + (" C_DIS" if order.rounded else "")
-        case Order.TURN:
-            return f"{prefix}LIN XP{i}" + (
-                " C_ORI" if order.rounded and not prefix else " C_DIS" if order.rounded else ""
-            )
+            return f"PTP {step.name}"
         case Order.ARC:
-            return f"{prefix}CIRC XV{i}, XP{i}" + (" C_DIS" if order.rounded else "")
-        case Order.WAIT:
-            return f"WAIT SEC {number(order.end - order.begin, 6)}"
+            return f"{prefix}CIRC {step.via_name}, {step.name}" + (" C_DIS" if step.rounded else "")
+        case Order.TURN if step.rounded and not prefix:
+            return f"LIN {step.name} C_ORI"
+        case _:
+            return f"{prefix}LIN {step.name}" + (" C_DIS" if step.rounded else "")
 
 
-def _points(plan: ArmPlan, name: str, orders: Sequence[Instruction]) -> Iterator[str]:
+def _points(name: str, steps: Sequence[Step]) -> Iterator[str]:
     yield f"DEFDAT {name}"
-    yield f"DECL E6AXIS XSTART={{{axes(plan.joints[0])}}}"
-    yield f"DECL E6POS XBEGIN={{{pose(tool_poses(plan, plan.times[:1])[0])}}}"
-    for i, order in enumerate(orders, start=1):
-        if order.via is not None:
-            yield f"DECL E6POS XV{i}={{{pose(order.via)}}}"
-        if order.order is Order.JOINTS:
-            yield f"DECL E6AXIS XP{i}={{{axes(order.target)}}}"
-        elif order.order is not Order.WAIT:
-            yield f"DECL E6POS XP{i}={{{pose(order.target)}}}"
+    written = set()
+    for step in steps:
+        if isinstance(step, Going) and step.name not in written:
+            written.add(step.name)
+            if step.via is not None:
+                yield f"DECL E6POS {step.via_name}={{{pose(step.via)}}}"
+            kind, inside = ("E6AXIS", axes) if step.order is Order.JOINTS else ("E6POS", pose)
+            yield f"DECL {kind} {step.name}={{{inside(step.target)}}}"

@@ -17,7 +17,7 @@ from helimag.vision.cameras import Camera, Rig
 from helimag.vision.films import FilmWriter
 from helimag.vision.shape import Shape
 from helimag.vision.silhouette import Box, outline, silhouette
-from helimag.vision.synthetic.rig import SURFACE, Effects, backdrop
+from helimag.vision.synthetic.rig import Effects, backdrop
 
 Floats = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -65,6 +65,7 @@ class _Scene:
     view: int
     backdrops: list[Picture]
     light: Floats
+    surface: float
     mirror: float | None
 
 
@@ -97,10 +98,16 @@ def render_run(
     -------
     dict
         Paths by camera name, and "truth".
+
+    Raises
+    ------
+    InputError
+        Where the run's samples are too far apart, or it begins outside the rig's tank.
     """
     effects = effects or Effects()
     shape = shape or _shape_of(run)
     motion = FilmedMotion(run)
+    _begins_inside(motion, rig)
     begin, end, count = _span(motion, start, duration, effects.rate)
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
@@ -166,11 +173,21 @@ def _truth(run: Trajectory, motion: FilmedMotion, times: Floats, begin: float) -
     return Trajectory.from_arrays(times - begin, variables, attributes)
 
 
+def _begins_inside(motion: FilmedMotion, rig: Rig) -> None:
+    first, _ = motion.pose(np.array([motion.start]))
+    if not rig.inside(first[0]):
+        low, high, here = (1e3 * corner for corner in (*rig.tank, first[0]))
+        ranges = ", ".join(f"{a} {x:g} to {y:g} mm" for a, x, y in zip("xyz", low, high, strict=True))
+        at = ", ".join(f"{x:.4g}" for x in here)
+        raise InputError(f"a run must begin inside the rig's tank ({ranges}) to be filmed; got ({at}) mm")
+
+
 def _scene(rig: Rig, view: int, effects: Effects, random: np.random.Generator) -> _Scene:
     light = backdrop(rig, view, random)
     noisy = [_noisy(light, effects, random) for _ in range(NOISY)]
-    mirror = SURFACE if view == 0 and effects.reflection > 0.0 else None
-    return _Scene(rig.cameras[view], view, noisy, light, mirror)
+    surface = float(rig.tank[1, 2])
+    mirror = surface if view == 0 and effects.reflection > 0.0 else None
+    return _Scene(rig.cameras[view], view, noisy, light, surface, mirror)
 
 
 def _noisy(light: Floats, effects: Effects, random: np.random.Generator) -> Picture:
@@ -204,7 +221,7 @@ def _frame(
         half = (begin + end) / 2.0
         rise = np.array([[0.0, 0.0, BUBBLE_SPEED * (time - half)]])
         centre = motion.pose(np.array([half]))[0] + np.array([-5e-3, 0.0, 0.0]) + rise
-        if centre[0, 2] < SURFACE - effects.bubble / 2.0:
+        if scene.surface > centre[0, 2] + effects.bubble / 2.0:
             _bubble(picture, scene, centre, effects, random)
     return picture
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.scenario import PAPER_TANK
 from helimag.vision._cv import cv2
 from helimag.vision.cameras import Camera, Rig, looking
 from helimag.vision.films import DEPTHS
@@ -16,7 +17,6 @@ Picture = NDArray[np.uint8]
 
 STEEPEST = 0.7  # angle to a wall's normal from which a camera sees little (rad)
 AWAY = 0.35  # distance of the cameras from the walls (m)
-SURFACE = 3.5e-3  # height of the oil's surface above the start of the straight runs (m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +83,7 @@ def paper_rig(*, seed: int = 0, angle: float = 0.0, size: tuple[int, int] = (128
         raise InputError(f"angle must be from 0 to {STEEPEST} rad; got {angle}")
     random = np.random.default_rng(seed)
     sides = np.random.default_rng([seed, 1]).uniform(0.0, 2.0 * np.pi, 2)
-    tank = np.array([[-0.020, -0.040, SURFACE - 0.080], [0.180, 0.040, SURFACE]])
+    tank = np.array(PAPER_TANK)
     middle = np.array([0.080, 0.0, -0.020])
     front = Wall(np.array([0.08, tank[0, 1] - 0.005, 0.0]), _tilted([0.0, 1.0, 0.0], random), 0.005)
     floor = Wall(np.array([0.08, 0.0, tank[0, 2] - 0.005]), _tilted([0.0, 0.0, 1.0], random), 0.005)

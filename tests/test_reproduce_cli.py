@@ -1,0 +1,38 @@
+"""`helimag reproduce`: files only where they are asked for, and where they went."""
+
+import json
+
+import pytest
+
+from command_line import run
+
+
+@pytest.fixture(autouse=True)
+def few_twins(monkeypatch, tmp_path):
+    monkeypatch.setattr("helimag.reproduce._straight.TWINS", 1)
+    monkeypatch.chdir(tmp_path)
+
+
+def test_without_a_folder_nothing_is_kept(tmp_path):
+    said = run("reproduce", "table1", "--json")
+    report = json.loads(said.out)
+    assert said.status == 0
+    assert [row["row"] for row in report["rows"]] == list(range(1, 8))
+    assert report["files"] == []
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_with_a_folder_the_last_line_says_where_the_figure_is(tmp_path):
+    said = run("reproduce", "fig5", "-o", "out")
+    assert said.status == 0
+    last = said.out.splitlines()[-1]
+    named = last.removeprefix("written to ").split(", ")
+    assert named[0] == "out/fig5.png"
+    assert {tmp_path / name for name in named} == set((tmp_path / "out").iterdir())
+
+
+def test_sweeps_that_take_minutes_are_never_thrown_away(tmp_path):
+    said = run("reproduce", "fig4")
+    assert (said.status, said.out) == (2, "")
+    assert "--output must name a folder" in said.err
+    assert list(tmp_path.iterdir()) == []
