@@ -15,7 +15,7 @@ from helimag.proof.certificate import Certificate, Claims, claims_of, dynamics_o
 from helimag.proof.exact import Inputs, require_provable
 from helimag.proof.guess import Extent, Guess, extent_of, guess_around
 from helimag.proof.motion import Constants, Source, Swimming
-from helimag.proof.tube import Tube, straights_of
+from helimag.proof.tube import Straight, Tube, straights_of
 
 if TYPE_CHECKING:
     pass
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 GRIDS: tuple[dict[str, int], ...] = (
     {"spans": 96, "order": 10, "fine": 18, "coarse": 3},
     {"spans": 192, "order": 12, "fine": 20, "coarse": 3},
-)  # how time is cut; the finer one where the coarser one does not decide
+    {"spans": 384, "order": 12, "fine": 20, "coarse": 3},
+)  # how time is cut; finer where coarser does not decide
 SIZES = ((0.65, 0.9), (0.3, 0.7), (0.1, 0.5), (0.01, 0.5))  # of the tube and the starts that floats suggest
 
 
@@ -118,14 +119,24 @@ def prove(orbit: Orbit) -> Proof:
         return ended(f"not proved: {guess}")
     best: Claims | None = None
     for tubes in tubes_to_try(guess, extent_of(guess, floats)):
-        with arithmetic():
-            straights = straights_of(dynamics_of(scenario, {}), tubes[0])
+        straights = _straights(scenario, tubes[0])
+        if straights is None:
+            continue
         for tube in tubes:
             claims = claims_of(scenario, {}, tube, straights)
             if claims is not None and (claims.stability or not orbit.stable):
                 return ended(sentence(claims), Certificate(scenario, {}, tube, claims))
             best = best or claims
     return ended(_why_not(guess, best))
+
+
+def _straights(scenario: Scenario, tube: Tube) -> list[Straight] | None:
+    """What holds on the curve, for all tubes around it; None where a span is so long that its frames hold a singular."""
+    with arithmetic():
+        try:
+            return straights_of(dynamics_of(scenario, {}), tube)
+        except ZeroDivisionError:
+            return None
 
 
 def in_floats(constants: Constants) -> Constants:
