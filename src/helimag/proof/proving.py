@@ -16,6 +16,7 @@ from helimag.proof.exact import Inputs, require_provable
 from helimag.proof.guess import Extent, Guess, extent_of, guess_around
 from helimag.proof.motion import Constants, Source, Swimming
 from helimag.proof.tube import Straight, Tube, straights_of
+from helimag.scenario import Scenario
 
 if TYPE_CHECKING:
     pass
@@ -131,7 +132,7 @@ def prove(orbit: Orbit) -> Proof:
 
 
 def _straights(scenario: Scenario, tube: Tube) -> list[Straight] | None:
-    """What holds on the curve, for all tubes around it; None where a span is so long that its frames hold a singular."""
+    """What holds on the curve, for all tubes around it; None where a span is too long for its frames to be inverted."""
     with arithmetic():
         try:
             return straights_of(dynamics_of(scenario, {}), tube)
