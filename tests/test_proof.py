@@ -35,7 +35,7 @@ from helimag.robot import load_cell, plan
 from helimag.robot.programme import programme_texts
 
 # the device of today's Fig. 3(C), nose first; and set D2, tail first
-DEGREES = math.radians(1.0)
+CELL = load_cell().model_copy(update={"tank": None})  # the circle begins outside the default one
 BAR = {"2.5 Hz 12.7": (2.5, 12.7), "2.0 Hz 14": (2.0, 14.0), "2.5 Hz 8": (2.5, 8.0), "3.0 Hz 10": (3.0, 10.0)}
 
 
@@ -316,10 +316,10 @@ def test_a_run_carries_the_certificate(certificate: Certificate, orbit: hm.Orbit
 
 
 def test_a_programme_names_the_certificate(certificate: Certificate, orbit: hm.Orbit) -> None:
-    short = plan(orbit.scenario.replaced({"run.duration": "20 s"}), load_cell())
+    short = plan(orbit.scenario.replaced({"run.duration": "20 s"}), CELL)
     texts = programme_texts(short, certificate=certificate, accept_unbounded=True, name="proved")
     assert f"certificate sha256 {certificate.hash}" in texts["proved.src"]
-    other = plan(orbit.scenario.replaced({"run.duration": "20 s", "drive.pitch": "12.8 deg"}), load_cell())
+    other = plan(orbit.scenario.replaced({"run.duration": "20 s", "drive.pitch": "12.8 deg"}), CELL)
     with pytest.raises(InputError, match="other inputs"):
         programme_texts(other, certificate=certificate, accept_unbounded=True)
 
