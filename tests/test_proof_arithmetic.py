@@ -139,7 +139,7 @@ def test_series_enclose_a_wave_over_every_span(spans: int, order: int) -> None:
     rng = np.random.default_rng(spans)
     waves = Waves(rng.normal(size=(2, 6)), rng.normal(size=(2, 6)))
     with arithmetic():
-        matrix = waves.matrix()
+        matrix = waves.matrix
         for k in range(spans):
             middle, half = exact(Fraction(2 * k + 1, 2 * spans)), exact(Fraction(1, 2 * spans))
 
@@ -162,7 +162,7 @@ def test_slopes_of_waves() -> None:
     differences = (waves.values(times + 1e-6) - waves.values(times - 1e-6)) / 2e-6
     np.testing.assert_allclose(waves.slopes(times), differences, rtol=1e-7, atol=1e-7)
     with arithmetic():
-        series = waves.matrix() * basis(5, exact(0.1), 2)
+        series = waves.matrix * basis(5, exact(0.1), 2)
         for i in range(3):
             assert float(series[i, 0]) == pytest.approx(waves.values(times)[i, 0], rel=1e-13)
             assert float(series[i, 1]) == pytest.approx(waves.slopes(times)[i, 0], rel=1e-13)

@@ -10,7 +10,7 @@ flint = pytest.importorskip("flint")
 
 from helimag.proof.balls import arithmetic, exact  # noqa: E402
 from helimag.proof.theorem import enters, theorem_of  # noqa: E402
-from helimag.proof.tube import N, Tube, spans_of, straights_of  # noqa: E402
+from helimag.proof.tube import N, Tube, spans_of, straights_of, views_of  # noqa: E402
 from helimag.proof.waves import Waves  # noqa: E402
 
 DECAY, SWING = (-0.3, -0.8, -1.5, -6.0), (0.7, 0.0, 0.0, 2.0)
@@ -29,6 +29,7 @@ class Known:
     drive: float = 0.0
     decay: tuple[float, ...] = DECAY
     components: int = 1
+    plain: bool = True
 
     def waves(self) -> Waves:
         """A curve that is zero, and Q: ones and waves that do not commute."""
@@ -91,7 +92,7 @@ def tube_of(known: Known, radius: float, **changes) -> Tube:
 
 def proved(known: Known, tube: Tube):
     with arithmetic():
-        spans = spans_of(known, tube, straights_of(known, tube))
+        spans = spans_of(views_of(known), tube, straights_of(views_of(known), tube))
         return theorem_of(tube, spans), spans
 
 
@@ -156,7 +157,7 @@ def test_push_bounds_the_drive_however_time_is_cut(spans: int, fine: int) -> Non
     """Few spans and one coefficient: the bound comes from Taylor's remainder, and without it is too small."""
     known = Known(wobble=0.0, drive=1e-3)
     with arithmetic():
-        straights = straights_of(known, tube_of(known, 0.05, spans=spans, fine=fine))
+        straights = straights_of(views_of(known), tube_of(known, 0.05, spans=spans, fine=fine))
     for k, straight in enumerate(straights):
         greatest = 1e-3 * np.abs(np.sin(2.0 * np.pi * np.linspace(k / spans, (k + 1) / spans, 101))).max()
         assert float(straight.push[1]) >= greatest * (1.0 - 1e-12)
@@ -188,7 +189,7 @@ def test_entry_from_far_off_in_fast_blocks() -> None:
     known = Known()
     tube = replace(tube_of(known, 0.01), entry=(0.009, 0.009, 0.5, 0.5))
     with arithmetic():
-        spans = spans_of(known, tube, straights_of(known, tube))
+        spans = spans_of(views_of(known), tube, straights_of(views_of(known), tube))
         assert enters(tube, spans, tube.entry)
         assert not enters(tube, spans, (0.6, 0.6, 0.6, 0.6)), "beyond the region nothing was enclosed"
         assert not enters(tube, spans, (0.02, 0.009, 0.5, 0.5))

@@ -23,12 +23,24 @@ from helimag.proof.clearance import clearance
 from helimag.proof.exact import WIRE_MODELS, Inputs
 from helimag.proof.motion import LENGTH, Swimming
 from helimag.proof.theorem import Disc, enters, theorem_of
-from helimag.proof.tube import N, Straight, Tube, deviations, frame_at, spans_of, straights_of
-from helimag.proof.waves import Waves
+from helimag.proof.tube import (
+    NO_LEAN,
+    N,
+    Straight,
+    Tube,
+    Views,
+    deviations,
+    frame_at,
+    leans,
+    spans_of,
+    straights_of,
+    views_of,
+)
+from helimag.proof.waves import Waves, basis
 from helimag.scenario import Scenario, parse
 
 if TYPE_CHECKING:
-    from flint import arb_mat
+    from flint import arb, arb_mat
 
 FORMAT = "helimag proof 1"
 OUTWARD = 1.0 + 1e-12  # what the rounding of a few floats cannot undo
@@ -113,6 +125,8 @@ class Certificate:
             "tube": {
                 "cos": tube.waves.cos.tolist(),
                 "sin": tube.waves.sin.tolist(),
+                "lean_cos": tube.lean.cos.tolist(),
+                "lean_sin": tube.lean.sin.tolist(),
                 **{name: list(getattr(tube, name)) for name in ("blocks", "radii", "entry", "decay", "swing", "odd")},
                 **{name: getattr(tube, name) for name in ("spans", "order", "fine", "coarse")},
             },
@@ -152,9 +166,14 @@ def digest(content: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def dynamics_of(scenario: Scenario, within: Mapping[str, str]) -> Swimming:
+def dynamics_of(scenario: Scenario, within: Mapping[str, str]) -> Views:
     """The enclosed equations of motion of a scenario, some inputs with a tolerance."""
-    return Swimming(Inputs(scenario, {path: Fraction(width) for path, width in within.items()}).constants())
+    widths = {path: Fraction(width) for path, width in within.items()}
+    plain = Swimming(Inputs(scenario).constants())
+    if not widths:
+        return views_of(plain)
+    leaning, over = (Swimming(Inputs(scenario, widths, view).constants(), plain=False) for view in ("middle", "over"))
+    return Views(plain, leaning, over)
 
 
 def claims_of(
@@ -171,16 +190,18 @@ def claims_of(
         dynamics = dynamics_of(scenario, within)
         try:
             spans = spans_of(dynamics, tube, straights or straights_of(dynamics, tube))
-            frame = frame_at(dynamics, tube, exact(0))
+            frame = frame_at(dynamics.middle, tube, exact(0))
             across = frame.inv()
         except ZeroDivisionError:  # a ball of frames that holds a singular one
             return None
         theorem = theorem_of(tube, spans)
-        clear = clearance(scenario, dynamics, tube, spans)
-        box = [upper(size(d)) for d in deviations(tube, frame, [exact(theorem.share) * exact(r) for r in tube.radii])]
-        whole = [upper(size(d)) for d in deviations(tube, frame, tube.radii)]
-        entered = theorem.stability and enters(tube, spans, tube.entry)
-        basin = ball_in(tube, across, tube.entry if entered else tube.radii)
+        widths = {path: Fraction(width) for path, width in within.items()}
+        clear = clearance(scenario, Swimming(Inputs(scenario, widths).constants()), tube, spans)
+        narrow = deviations(tube, frame, [exact(theorem.share) * exact(r) for r in tube.radii])
+        box, whole = (_leaning_too(tube, each) for each in (narrow, deviations(tube, frame, tube.radii)))
+        entered = theorem.stability and not within and enters(tube, spans, tube.entry)
+        # where inputs have a tolerance, each value has a tube of its own, and no ball is in all of them for sure
+        basin = 0.0 if within else ball_in(tube, across, tube.entry if entered else tube.radii)
     if not (theorem.existence and math.isfinite(clear) and np.isfinite([theorem.bound, *box, *whole]).all()):
         return None
     return Claims(
@@ -197,6 +218,16 @@ def claims_of(
         multipliers=theorem.multipliers,
         tube_multipliers=theorem.tube_multipliers,
     )
+
+
+def _leaning_too(tube: Tube, reach: "list[arb]") -> list[float]:
+    """Upper bounds of deviations (6,) from the curve as a turn begins, how far it leans with the inputs included."""
+    lean = leans(tube, Swimming.components, exact(0))
+    # a quaternion of length near 1 that changes by e turns by at most 2 asin(e / length), each axis by no more
+    waves = tube.waves.matrix * basis(tube.waves.cos.shape[1], exact(0), 1)
+    length = sum((waves[i, 0] * waves[i, 0] for i in range(3, 7)), exact(0)).sqrt()
+    turned = 3 * root_of_squares(lean[3:]) / length
+    return [upper(size(r) + size(extra)) for r, extra in zip(reach, [*lean[:3], *[turned] * 3], strict=True)]
 
 
 def _metres(lengths: Sequence[float]) -> tuple[float, float, float]:
@@ -233,16 +264,21 @@ def read_certificate(text: str) -> Certificate:
             raise InputError(f"a certificate must be of the format '{FORMAT}'; got '{content['format']}'")
         if digest(content) != recorded:
             raise InputError("the certificate's content is not what its sha256 was made of: it was changed")
-        tube = {name: value for name, value in content["tube"].items() if name not in {"cos", "sin"}}
+        tube = {name: value for name, value in content["tube"].items() if not name.endswith(("cos", "sin"))}
         lists = {name: tuple(value) for name, value in tube.items() if isinstance(value, list)}
-        waves = Waves(*(np.array(content["tube"][name], dtype=float) for name in ("cos", "sin")))
+        waves, lean = (
+            Waves(*(np.array(content["tube"][f"{of}{name}"], dtype=float) for name in ("cos", "sin")))
+            for of in ("", "lean_")
+        )
+        if not lean.count:
+            lean = NO_LEAN
         claims = content["claims"]
         discs = {key: tuple(Disc(**disc) for disc in claims[key]) for key in ("multipliers", "tube_multipliers")}
         triples = {key: tuple(claims[key]) for key in ("box", "tube")}
         certificate = Certificate(
             parse(content["scenario"], "the certificate's scenario"),
             content["within"],
-            Tube(waves, **(tube | lists)),
+            Tube(waves, lean=lean, **(tube | lists)),
             Claims(**(claims | discs | triples)),
         )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
@@ -267,7 +303,7 @@ def check(certificate: Certificate) -> Claims:
     InputError
         Where the enclosures do not prove exactly these claims.
     """
-    _require_whole(certificate.tube)
+    _require_whole(certificate.tube, len(certificate.within))
     found = claims_of(certificate.scenario, certificate.within, certificate.tube)
     if found is None:
         raise InputError("the certificate proves nothing: its tube is not shown to hold an orbit")
@@ -311,16 +347,19 @@ def certificate_in(path: str | Path) -> Certificate:
     return read_certificate(text)
 
 
-def _require_whole(tube: Tube) -> None:
+def _require_whole(tube: Tube, inputs: int) -> None:
     """Refuse a tube whose parts do not fit together: the bounds are sums over them."""
     count, sizes = len(tube.radii), np.diff([*tube.blocks, N])
     fits = (
         tube.waves.cos.shape == tube.waves.sin.shape
         and tube.waves.count == Swimming.components + N * N
+        and tube.lean.cos.shape == tube.lean.sin.shape
+        and tube.lean.count == Swimming.components * inputs
         and count == len(tube.blocks) == len(tube.entry) == len(tube.decay) == len(tube.swing) == len(tube.odd)
         and tube.blocks[:1] == (0,)
         and bool(np.isin(sizes, (1, 2)).all())
         and all(radius > 0.0 for radius in (*tube.radii, *tube.entry))
+        and bool(np.isfinite(tube.lean.cos).all() and np.isfinite(tube.lean.sin).all())
         and bool(np.isfinite(tube.waves.cos).all() and np.isfinite(tube.waves.sin).all())
         and all(math.isfinite(value) for value in (*tube.radii, *tube.entry, *tube.decay, *tube.swing))
         and min(tube.spans, tube.order, tube.fine, tube.coarse) >= 1
@@ -332,13 +371,23 @@ def _require_whole(tube: Tube) -> None:
 
 def tube_closes(tube: Tube) -> bool:
     """Whether curve and frame come back after a turn: the place as it was, quaternion and columns up to their sign."""
-    attitude = slice(Swimming.components - 4, Swimming.components)
-    closed = _returns(tube.waves, slice(0, 3), False)
-    closed &= _returns(tube.waves, attitude, True) or _returns(tube.waves, attitude, False)
+    count = Swimming.components
+    turned = any(
+        _returns(tube.waves, slice(count - 4, count), odd) and _lean_returns(tube, odd) for odd in (True, False)
+    )
+    closed = _returns(tube.waves, slice(0, 3), False) and turned
     for odd, columns in zip(tube.odd, tube.columns, strict=True):
         rows = slice(Swimming.components + N * columns.start, Swimming.components + N * columns.stop)
         closed &= _returns(tube.waves, rows, odd)
     return closed
+
+
+def _lean_returns(tube: Tube, odd: bool) -> bool:
+    """Whether the leaning comes back after a turn as the curve does, its quaternion with the other sign if ``odd``."""
+    begins = range(0, tube.lean.count, Swimming.components)
+    return all(
+        _returns(tube.lean, slice(b, b + 3), False) and _returns(tube.lean, slice(b + 3, b + 7), odd) for b in begins
+    )
 
 
 def _returns(waves: Waves, rows: slice, odd: bool) -> bool:

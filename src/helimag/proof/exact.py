@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from helimag.errors import InputError
 from helimag.hydrodynamics import STANDARD_GRAVITY, resistance
 from helimag.proof import drag
 from helimag.proof.balls import exact, flint
+from helimag.proof.jets import VARIABLES, Jet
 from helimag.proof.motion import LENGTH, Constants, Source
 from helimag.scenario import Device, Input, Scenario
 
@@ -55,18 +56,27 @@ class Inputs:
     ----------
     within
         By path: how far the input may be off either way, in the unit that it is written in. Empty: the decimals hold.
+    view
+        What is read of an input with a tolerance: the ball of all its values; or a jet in a variable from -1 to 1 for
+        each such input, at the middle with first derivatives, or over all values with second ones.
     """
 
     scenario: Scenario
     within: Mapping[str, Fraction] = field(default_factory=dict)
+    view: Literal["balls", "middle", "over"] = "balls"
 
-    def read(self, path: str) -> "arb":
-        """The SI value of an input as a ball: its decimals, and its tolerance where it has one."""
+    def read(self, path: str) -> Any:
+        """The SI value of an input: its decimals as a ball; where it has a tolerance, what the view says."""
         number, unit = parts(written(self.scenario, path))
         value = ball_of(number, unit)
-        if path in self.within:
-            value += flint().arb(0, ball_of(self.within[path], unit).abs_upper())
-        return value
+        if path not in self.within:
+            return value
+        width = ball_of(self.within[path], unit)
+        all_of_it = value + flint().arb(0, width.abs_upper())
+        if self.view == "balls":
+            return all_of_it
+        variable = {VARIABLES + list(self.within).index(path): width}
+        return Jet(value, variable) if self.view == "middle" else Jet(all_of_it, variable, {})
 
     def constants(self) -> Constants:
         """All that the equations of motion need, enclosed.
@@ -101,7 +111,7 @@ class Inputs:
             mobility=[[lift[i] * mobility[i, j] for j in range(6)] for i in range(6)],
         )
 
-    def arm(self, cos: "arb", sin: "arb") -> "list[arb]":
+    def arm(self, cos: Any, sin: Any) -> list[Any]:
         """The centre of the arm's tool at t = 0 (m): eq. (1) with either reading of pitch."""
         x, y, z = (self.read(f"drive.start.{axis}") for axis in "xyz")
         z = z + self.read("drive.distance")
@@ -109,7 +119,7 @@ class Inputs:
             return [x, y, z]
         return [cos * x - sin * z, y, sin * x + cos * z]
 
-    def _source(self, i: int, cos: "arb", sin: "arb") -> Source:
+    def _source(self, i: int, cos: Any, sin: Any) -> Source:
         name = "magnet" if len(self.scenario.magnet) == 1 else f"magnet.{i}"
         magnet, unit = self.scenario.magnet[i], exact(LENGTH)
         x, y, z = (self.read(f"{name}.offset.{axis}") for axis in "xyz")

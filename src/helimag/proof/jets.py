@@ -64,7 +64,9 @@ class Jet:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, by: int) -> "Jet":
+    def __truediv__(self, by: Value) -> "Jet":
+        if isinstance(by, Jet):
+            return self * by.inverse()
         second = None if self.h is None else {key: value / by for key, value in self.h.items()}
         return Jet(self.v / by, {key: value / by for key, value in self.g.items()}, second)
 
@@ -80,6 +82,22 @@ class Jet:
                 term = bend * (self.g[i] * self.g[j])
                 second[i, j] = second[i, j] + term if (i, j) in second else term
         return Jet(value, first, second)
+
+    def __rtruediv__(self, other: Value) -> "Jet":
+        return self.inverse().scaled(other)
+
+    def __abs__(self) -> "Jet":
+        return self if self.v > 0 else self.scaled(-1)
+
+    def cos(self) -> "Jet":
+        """Cosine, of balls."""
+        cosine, sine = self.v.cos(), self.v.sin()
+        return self.through(cosine, -sine, -cosine)
+
+    def sin(self) -> "Jet":
+        """Sine, of balls."""
+        cosine, sine = self.v.cos(), self.v.sin()
+        return self.through(sine, cosine, -sine)
 
     def inverse(self) -> "Jet":
         """One over this number."""

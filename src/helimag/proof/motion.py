@@ -140,6 +140,7 @@ class Swimming:
 
     constants: Constants
     components: int = 7
+    plain: bool = True  # whether the constants are numbers, not jets in the inputs
 
     def rates(self, clock: tuple[Number, Number], curve: Vector, slope: Vector, deviation: Sequence[Jet]) -> list[Jet]:
         """Rates of the deviations, in a turn.

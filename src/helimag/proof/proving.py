@@ -163,7 +163,10 @@ def tubes_to_try(guess: Guess, extent: Extent) -> Iterator[list[Tube]]:
                 decay=guess.decay,
                 swing=guess.swing,
                 odd=guess.odd,
-                **grid,
+                spans=grid["spans"],
+                order=grid["order"],
+                fine=grid["fine"],
+                coarse=grid["coarse"],
             )
             for part, share in SIZES
         ]

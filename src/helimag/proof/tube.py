@@ -8,12 +8,15 @@ and of the second derivatives of F over the whole region in question. What follo
 is said in :mod:`helimag.proof.theorem`.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol
 
-from helimag.proof.balls import arithmetic, around_zero, exact, flint, root_of_squares
+import numpy as np
+
+from helimag.proof.balls import arithmetic, around_zero, exact, flint, root_of_squares, size
 from helimag.proof.jets import Jet, Value, variables
 from helimag.proof.waves import Waves, basis
 
@@ -31,10 +34,17 @@ class Dynamics(Protocol):
     def components(self) -> int:
         """How many numbers make up a point of the curve."""
 
+    @property
+    def plain(self) -> bool:
+        """Whether the inputs are taken as they are, without derivatives by them."""
+
     def rates(
         self, clock: tuple[Value, Value], curve: Sequence[Value], slope: Sequence[Value], deviation: Sequence[Jet]
     ) -> list[Jet]:
         """The rates, in a turn."""
+
+
+NO_LEAN = Waves(np.zeros((0, 1)), np.zeros((0, 1)))
 
 
 @dataclass(frozen=True)
@@ -55,6 +65,9 @@ class Tube:
         By block: the linearised motion is near ``decay + i swing`` in a turn (only used to enclose multipliers).
     odd
         By block: whether its columns come back with the other sign after a turn.
+    lean
+        Derivatives of the curve's components by each input that has a tolerance, one input after another, over its half
+        width: with the inputs, the curve leans to where the orbit then is. No functions where no input has a tolerance.
     spans, order, fine, coarse
         Spans of equal time in a turn; coefficients of the series in each: for G, for g and for second derivatives.
     """
@@ -70,6 +83,7 @@ class Tube:
     order: int
     fine: int
     coarse: int
+    lean: Waves = NO_LEAN
 
     @property
     def columns(self) -> list[range]:
@@ -126,16 +140,28 @@ class Span:
     straight: Straight
 
 
-def straights_of(dynamics: Dynamics, tube: Tube) -> "list[Straight]":
+@dataclass(frozen=True)
+class Views:
+    """The same equations at the inputs' middle, there with derivatives by the inputs, and over all their values."""
+
+    middle: Dynamics
+    leaning: Dynamics
+    over: Dynamics
+
+
+def views_of(dynamics: Dynamics) -> Views:
+    """Of equations whose inputs have no tolerance."""
+    return Views(dynamics, dynamics, dynamics)
+
+
+def straights_of(views: Views, tube: Tube) -> "list[Straight]":
     """What holds on the curve, for every span of a turn; within :func:`helimag.proof.balls.arithmetic`."""
-    matrix = tube.waves.matrix()
-    return [_straight(dynamics, tube, matrix, k) for k in range(tube.spans)]
+    return [_straight(views, tube, k) for k in range(tube.spans)]
 
 
-def spans_of(dynamics: Dynamics, tube: Tube, straights: "Sequence[Straight]") -> list[Span]:
+def spans_of(views: Views, tube: Tube, straights: "Sequence[Straight]") -> list[Span]:
     """The bounds of every span of a turn, in order; within :func:`helimag.proof.balls.arithmetic`."""
-    matrix = tube.waves.matrix()
-    return [_span(dynamics, tube, matrix, k, straight) for k, straight in enumerate(straights)]
+    return [_span(views.over, tube, k, straight) for k, straight in enumerate(straights)]
 
 
 def _time(tube: Tube, k: int) -> "tuple[arb, arb]":
@@ -148,66 +174,95 @@ def _whole(tube: Tube, at: "arb") -> "arb":
     return flint().arb(at.mid(), _time(tube, 0)[1])
 
 
-def _straight(dynamics: Dynamics, tube: Tube, matrix: "arb_mat", k: int) -> Straight:
+def _straight(views: Views, tube: Tube, k: int) -> Straight:
     middle, half = _time(tube, k)
     wide = flint().arb(middle, half)
-    linear, off = (
-        _over_span(
-            _series(dynamics, tube, matrix, middle, order, columns),
-            _series(dynamics, tube, matrix, wide, order + 1, columns),
-            half,
-        )
-        for order, columns in ((tube.order, N), (tube.fine, 0))
+    linear = _over_span(
+        _linear(views.middle, tube, middle, tube.order), _linear(views.middle, tube, wide, tube.order + 1), half
     )
-    push = [root_of_squares(off[i][0] for i in rows) for rows in tube.columns]
-    curve, frame = _curve_and_frame(dynamics.components, matrix * basis(tube.waves.cos.shape[1], wide, 1))
-    return Straight(push, linear, [part[0] for part in curve], frame[0])
+    off = _over_span(_off(views.leaning, tube, middle, tube.fine), _off(views.leaning, tube, wide, tube.fine + 1), half)
+    # each input's variable is at most one
+    push = [
+        size(sum((root_of_squares(off[i][j] for i in rows) for j in range(len(off[0]))), exact(0)))
+        for rows in tube.columns
+    ]
+    components = views.middle.components
+    curve, frame = _curve_and_frame(components, tube.waves.matrix * basis(tube.waves.cos.shape[1], wide, 1))
+    return Straight(
+        push, linear, [p[0] + lean for p, lean in zip(curve, leans(tube, components, wide), strict=True)], frame[0]
+    )
 
 
-def _span(dynamics: Dynamics, tube: Tube, matrix: "arb_mat", k: int, straight: Straight) -> Span:
+def leans(tube: Tube, components: int, at: "arb") -> "list[arb]":
+    """Balls of how far the curve's components lean, at all values of the inputs, at every time of a ball."""
+    total = [exact(0)] * components
+    if len(tube.lean.cos):
+        series = tube.lean.matrix * basis(tube.lean.cos.shape[1], at, 1)
+        for i in range(len(tube.lean.cos)):
+            total[i % components] += around_zero(series[i, 0])
+    return total
+
+
+def _span(dynamics: Dynamics, tube: Tube, k: int, straight: Straight) -> Span:
     middle, half = _time(tube, k)
     wide = flint().arb(middle, half)
     second = _over_span(
-        _bends(dynamics, tube, matrix, middle, tube.coarse),
-        _bends(dynamics, tube, matrix, wide, tube.coarse + 1),
-        half,
+        _bends(dynamics, tube, middle, tube.coarse), _bends(dynamics, tube, wide, tube.coarse + 1), half
     )
-    blocks, linear = tube.columns, straight.linear
-    count = range(len(blocks))
-    bend = [[[_norm(second, blocks[i], blocks[j], blocks[m]) for m in count] for j in count] for i in count]
+    blocks, linear, count = tube.columns, straight.linear, range(len(tube.blocks))
+    inputs = len(tube.lean.cos) // dynamics.components
+    leaning, length = range(N, N + inputs), exact(inputs).sqrt()  # of the inputs' variables, none above one
+    own = [
+        root_of_squares(linear[i][j] - _constant(tube, b, i - rows[0], j - rows[0]) for i in rows for j in rows)
+        for b, rows in enumerate(blocks)
+    ]
     return Span(
-        push=straight.push,
-        rate=[_logarithmic_norm(linear, rows) for rows in blocks],
-        change=[
-            root_of_squares(linear[i][j] - _constant(tube, b, i - rows[0], j - rows[0]) for i in rows for j in rows)
+        push=[
+            straight.push[b] + _norm(second, rows, leaning, leaning) * length * length / 2
             for b, rows in enumerate(blocks)
         ],
+        rate=[
+            (_logarithmic_norm(linear, rows) + _symmetric_norm(second, rows, leaning) * length).upper()
+            for rows in blocks
+        ],
+        change=[own[b] + _norm(second, rows, rows, leaning) * length for b, rows in enumerate(blocks)],
         mixed=[
             [
-                exact(0) if rows is columns else root_of_squares(linear[i][j] for i in rows for j in columns)
+                exact(0)
+                if rows is columns
+                else root_of_squares(linear[i][j] for i in rows for j in columns)
+                + _norm(second, rows, columns, leaning) * length
                 for columns in blocks
             ]
             for rows in blocks
         ],
-        bend=bend,
+        bend=[[[_norm(second, blocks[i], blocks[j], blocks[m]) for m in count] for j in count] for i in count],
         twist=[[_symmetric_norm(second, blocks[i], blocks[m]) for m in count] for i in count],
         straight=straight,
     )
 
 
+def _side(second: "list[list[arb]]") -> int:
+    """Coordinates and inputs together, by which second derivatives are taken."""
+    return math.isqrt(len(second[0]))
+
+
 def _norm(second: "list[list[arb]]", rows: range, columns: range, along: range) -> "arb":
-    """Bound of the norm of second derivatives (6, 36) as a map from two blocks to a third."""
-    return root_of_squares(second[i][N * j + k] for i in rows for j in columns for k in along)
+    """Bound of the norm of second derivatives as a map from two blocks to a third."""
+    side = _side(second)
+    return root_of_squares(second[i][side * j + k] for i in rows for j in columns for k in along)
 
 
 def _symmetric_norm(second: "list[list[arb]]", rows: range, along: range) -> "arb":
     """The same for the symmetric part of a diagonal block."""
-    return root_of_squares((second[i][N * j + k] + second[j][N * i + k]) / 2 for i in rows for j in rows for k in along)
+    side = _side(second)
+    pairs = ((i, j, k) for i in rows for j in rows for k in along)
+    return root_of_squares((second[i][side * j + k] + second[j][side * i + k]) / 2 for i, j, k in pairs)
 
 
 def frame_at(motion: Dynamics, tube: Tube, at: "arb") -> "arb_mat":
     """The frame's columns at a time."""
-    _, frame = _curve_and_frame(motion.components, tube.waves.matrix() * basis(tube.waves.cos.shape[1], at, 1))
+    _, frame = _curve_and_frame(motion.components, tube.waves.matrix * basis(tube.waves.cos.shape[1], at, 1))
     return frame[0]
 
 
@@ -222,32 +277,95 @@ def _curve_and_frame(components: int, coefficients: "arb_mat") -> "tuple[list[li
     return curve, frame
 
 
-def _series(motion: Dynamics, tube: Tube, matrix: "arb_mat", at: "arb", order: int, columns: int) -> "list[arb_mat]":
-    """Taylor coefficients in time, around every time of a ball: of G (6, 6), or of g (6, 1) for no ``columns``."""
+def _linear(dynamics: Dynamics, tube: Tube, at: "arb", order: int) -> "list[arb_mat]":
+    """Taylor coefficients in time of G (6, 6), around every time of a ball."""
     library = flint()
-    # one coefficient more, for the slopes
-    curve, frame = _curve_and_frame(motion.components, matrix * basis(tube.waves.cos.shape[1], at, order + 1))
-    turns = basis(3, at, order)
-    with arithmetic(library.ctx.prec, order):
-        series = library.arb_series
-        point = [series(part[:order]) for part in curve]
-        slope = [series([n * part[n] for n in range(1, order + 1)]) for part in curve]
-        clock = tuple(series([turns[row, n] for n in range(order)]) for row in (2, 5))
-        still = variables([series([0])] * N, one=series([1])) if columns else [Jet(series([0]))] * N
-        rates = motion.rates((clock[0], clock[1]), point, slope, still)
-    if not columns:
-        field = [library.arb_mat([[rate.v[n]] for rate in rates]) for n in range(order)]
-        return _unturned(frame, field, order)
+    rates, frame = _rates(dynamics, tube, at, order, first=True)
     field = [
         library.arb_mat([[_coefficient(rate.g.get(j), n) for j in range(N)] for rate in rates]) for n in range(order)
     ]
     moved = _convolved(field, frame, order)
-    turned = [moved[n] - (n + 1) * frame[n + 1] for n in range(order)]
-    return _unturned(frame, turned, order)
+    return _unturned(frame, [moved[n] - (n + 1) * frame[n + 1] for n in range(order)], order)
+
+
+def _off(dynamics: Dynamics, tube: Tube, at: "arb", order: int) -> "list[arb_mat]":
+    """The same of g and its derivatives by the inputs (6, 1 + inputs)."""
+    library = flint()
+    rates, frame = _rates(dynamics, tube, at, order, first=False)
+    inputs = range(N, N + len(tube.lean.cos) // dynamics.components)
+    field = [
+        library.arb_mat(
+            [[_coefficient(rate.v, n), *(_coefficient(rate.g.get(j), n) for j in inputs)] for rate in rates]
+        )
+        for n in range(order)
+    ]
+    return _unturned(frame, field, order)
+
+
+def _rates(
+    dynamics: Dynamics, tube: Tube, at: "arb", order: int, *, first: bool, reach: "list[arb] | None" = None
+) -> "tuple[list[Jet], list[arb_mat]]":
+    """Series of the rates around every time of a ball, on the curve or anywhere in reach of it; and the frame's.
+
+    With ``first`` derivatives by the deviations are kept, with a reach second ones too.
+    """
+    library = flint()
+    # one coefficient more, for the slopes
+    turns = basis(3, at, order + 1)
+    curve, frame = _curve_and_frame(
+        dynamics.components, tube.waves.matrix * basis(tube.waves.cos.shape[1], at, order + 1)
+    )
+    with arithmetic(library.ctx.prec, order):
+        series = library.arb_series
+        clock = tuple(series([turns[row, n] for n in range(order)]) for row in (2, 5))
+        lean = [] if dynamics.plain else _leaning(dynamics, tube, at, order + 1)
+        point = _curve_jets([part[:order] for part in curve], [[p[:order] for p in each] for each in lean], reach)
+        slope = _curve_jets(_slopes(curve), [_slopes(each) for each in lean], reach)
+        if first:
+            balls = [series([0])] * N if reach is None else [series([ball]) for ball in reach]
+            deviation = variables(balls, second=reach is not None, one=series([1]))
+        else:
+            deviation = [Jet(series([0]))] * N
+        return dynamics.rates((clock[0], clock[1]), point, slope, deviation), frame
+
+
+def _slopes(parts: "list[list[arb]]") -> "list[list[arb]]":
+    return [[n * part[n] for n in range(1, len(part))] for part in parts]
+
+
+def _leaning(dynamics: Dynamics, tube: Tube, at: "arb", order: int) -> "list[list[list[arb]]]":
+    """Taylor coefficients of the curve's derivatives by each input."""
+    count = dynamics.components
+    if not len(tube.lean.cos):
+        return []
+    series = tube.lean.matrix * basis(tube.lean.cos.shape[1], at, order)
+    rows = [[series[i, n] for n in range(order)] for i in range(len(tube.lean.cos))]
+    return [rows[i : i + count] for i in range(0, len(rows), count)]
+
+
+def _curve_jets(parts: "list[list[arb]]", lean: "list[list[list[arb]]]", reach: object) -> list[Value]:
+    """Series of the curve's components; with inputs, jets in their variables, over all their values where in reach."""
+    series, result = flint().arb_series, []
+    for i, part in enumerate(parts):
+        value = series(part)
+        if lean:
+            by = {N + j: series(each[i]) for j, each in enumerate(lean)}
+            if reach is None:
+                result.append(Jet(value, by))
+                continue
+            value = sum((each * series([flint().arb(0, 1)]) for each in by.values()), value)
+            result.append(Jet(value, by, {}))
+        else:
+            result.append(value)
+    return result
 
 
 def _coefficient(series: Any, n: int) -> "arb":
-    return flint().arb(0) if series is None else series[n]
+    if series is None:
+        return flint().arb(0)
+    if isinstance(series, flint().arb):  # what does not depend on time
+        return series if n == 0 else flint().arb(0)
+    return series[n]
 
 
 def _unturned(frame: "list[arb_mat]", turned: "list[arb_mat]", order: int) -> "list[arb_mat]":
@@ -278,33 +396,40 @@ def _over_span(thin: "list[arb_mat]", wide: "list[arb_mat]", half: "arb") -> "li
     return result
 
 
-def _bends(dynamics: Dynamics, tube: Tube, matrix: "arb_mat", at: "arb", order: int) -> "list[arb_mat]":
-    """Taylor coefficients in time of the second derivatives (6, 36) of F in y, enclosed over the region."""
+def _bends(dynamics: Dynamics, tube: Tube, at: "arb", order: int) -> "list[arb_mat]":
+    """Taylor coefficients in time of second derivatives of F by y and the inputs, enclosed over region and inputs.
+
+    A row of (6 + inputs) squared for each of the six components.
+    """
     library = flint()
-    curve, frame = _curve_and_frame(dynamics.components, matrix * basis(tube.waves.cos.shape[1], at, order + 1))
-    over = _curve_and_frame(dynamics.components, matrix * basis(tube.waves.cos.shape[1], _whole(tube, at), 1))[1][0]
-    turns = basis(3, at, order)
-    with arithmetic(library.ctx.prec, order):
-        series = library.arb_series
-        point = [series(part[:order]) for part in curve]
-        slope = [series([n * part[n] for n in range(1, order + 1)]) for part in curve]
-        clock = tuple(series([turns[row, n] for n in range(order)]) for row in (2, 5))
-        reach = [series([ball]) for ball in deviations(tube, over, tube.region)]
-        rates = dynamics.rates((clock[0], clock[1]), point, slope, variables(reach, second=True, one=series([1])))
-    across = [part.transpose() for part in frame]
+    whole = basis(tube.waves.cos.shape[1], _whole(tube, at), 1)
+    over = _curve_and_frame(dynamics.components, tube.waves.matrix * whole)[1][0]
+    rates, frame = _rates(dynamics, tube, at, order, first=True, reach=deviations(tube, over, tube.region))
+    side = N + len(tube.lean.cos) // dynamics.components
+    right = [_extended(part, side, int(n == 0)) for n, part in enumerate(frame)]
+    left = [part.transpose() for part in right]
     turned: list[list[arb_mat]] = []
     for rate in rates:
         second = rate.h or {}
         pure = [
-            library.arb_mat([[_coefficient(second.get((min(j, k), max(j, k))), n) for k in range(N)] for j in range(N)])
+            library.arb_mat(
+                [[_coefficient(second.get((min(j, k), max(j, k))), n) for k in range(side)] for j in range(side)]
+            )
             for n in range(order)
         ]
-        turned.append(_convolved(across, _convolved(pure, frame, order), order))
+        turned.append(_convolved(left, _convolved(pure, right, order), order))
     rows = [
-        library.arb_mat([[turned[i][n][j, k] for j in range(N) for k in range(N)] for i in range(N)])
+        library.arb_mat([[turned[i][n][j, k] for j in range(side) for k in range(side)] for i in range(N)])
         for n in range(order)
     ]
     return _unturned(frame, rows, order)
+
+
+def _extended(frame: "arb_mat", side: int, one: int) -> "arb_mat":
+    """The frame with the inputs as they are beside it."""
+    return flint().arb_mat(
+        [[frame[i, j] if i < N and j < N else exact(one if i == j else 0) for j in range(side)] for i in range(side)]
+    )
 
 
 def _convolved(a: "list[arb_mat]", b: "list[arb_mat]", order: int) -> "list[arb_mat]":

@@ -1,6 +1,7 @@
 """Closed curves as finite sums of cosines and sines, evaluated in balls: at a time, over a span, as series in time."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,6 +45,7 @@ class Waves:
         """The same without harmonics above so many half turns in a turn."""
         return Waves(self.cos[:, : harmonics + 1], self.sin[:, : harmonics + 1])
 
+    @cached_property
     def matrix(self) -> "arb_mat":
         """The coefficients (n, 2 harmonics) as balls of radius zero, cosines first."""
         rows = [[exact(float(value)) for value in row] for row in np.hstack([self.cos, self.sin])]
