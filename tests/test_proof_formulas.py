@@ -224,11 +224,15 @@ def test_decimals_are_those_of_the_file(preset):
 
 
 def test_decimals_are_not_floats():
+    """The pitch is 12.7 / 180 of the number pi, not of a float near it."""
     scenario = oracles.scenario_of(oracles.case()).replaced({"drive.pitch": "12.7 deg", "drive.frequency": "3.3 Hz"})
     assert parts(written(scenario, "drive.pitch")) == (Fraction(127, 10), "deg")
     with arithmetic():
         assert Inputs(scenario).read("drive.frequency").contains(flint.arb(33) / 10)
         assert not Inputs(scenario).read("drive.frequency").contains(exact(3.3)), "3.3 is no binary number"
+        pitch = Inputs(scenario).read("drive.pitch")
+        with arithmetic(300):
+            assert pitch.contains(exact(Fraction(127, 1800)) * flint.arb.pi())
         wide = Inputs(scenario, {"drive.pitch": Fraction(1, 10)}).read("drive.pitch")
         for degrees in ("12.6", "12.65", "12.8"):
             assert wide.contains(exact(Fraction(degrees) / 180) * flint.arb.pi())

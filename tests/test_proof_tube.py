@@ -184,6 +184,20 @@ def test_rates_bound_the_logarithmic_norm_at_random_points() -> None:
     assert theorem.stability
 
 
+def test_blocks_that_drive_each_other_repel() -> None:
+    """Two decays of 0.3 and 0.8 coupled by 0.7 both ways have an eigenvalue above zero: other blocks count.
+
+    Coupled by 0.2 they attract, in the norm of equal radii.
+    """
+    known = Known(wobble=0.0)
+    tube = tube_of(known, 1.0)
+    with arithmetic():
+        spans = spans_of(views_of(known), tube, straights_of(views_of(known), tube))
+        for coupling, attracts in ((0.2, True), (0.7, False)):
+            mixed = [[exact(coupling) if {b, c} == {0, 1} else exact(0) for c in range(4)] for b in range(4)]
+            assert theorem_of(tube, [replace(span, mixed=mixed) for span in spans]).stability is attracts
+
+
 def test_entry_from_far_off_in_fast_blocks() -> None:
     """Linear: all comes in, however far, as long as the region is as wide; and not from where the tube repels."""
     known = Known()

@@ -21,7 +21,7 @@ from helimag.proof.waves import Floats, Waves
 from helimag.scenario import Scenario
 
 PATHS = ("drive.frequency", "drive.pitch", "drive.distance", "device.weight.net_weight")
-PARTS = (5.0, 3.5, 2.5, 1.5, 0.7, 0.2)  # of the widths by which the orbit moves as far as the tube is wide
+PARTS = (2.0, 1.5, 1.0, 0.5, 0.2)  # of the widths by which the orbit moves as far as the tube is wide
 NARROWER = 0.5  # than the certificate's, a tube that has to bear the inputs too
 PROBE = Fraction(1, 10**5)  # relative, of an input, for differences
 MOST = 24  # harmonics of the leaning
