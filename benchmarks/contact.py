@@ -26,8 +26,8 @@ def timed(scenario: Scenario, tries: int = 5) -> tuple[History, float]:
 
 def main() -> None:
     """Print three tables."""
-    free = load("paper/fig3c").replaced({"run.duration": "3000 s", "workspace.floor": "-1 m"})
-    pressed = load("paper/table1-row2").replaced({"run.duration": "190 s", "workspace.contact": "hold"})
+    free = load("nose-first/fig3c").replaced({"run.duration": "3000 s", "workspace.floor": "-1 m"})
+    pressed = load("nose-first/table1-row2").replaced({"run.duration": "190 s", "workspace.contact": "hold"})
     runs = {"stops, far": free, "holds, far": free.replaced({"workspace.contact": "hold"}), "holds, tapping": pressed}
     for name, scenario in runs.items():
         history, took = timed(scenario)

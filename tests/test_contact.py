@@ -21,6 +21,8 @@ from helimag.physics.balance import Swimmer
 from helimag.physics.contact import Six, SixBySix, least_pushes
 from helimag.physics.kinematics import State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
+from helimag.plots import draw_run
+from helimag.plots._quantities import shown, touching_spans
 from helimag.robot.rehearsal import Gate
 from helimag.runs.gain import judge
 from helimag.runs.heights import Heights, SlowTimes
@@ -268,7 +270,7 @@ def test_a_surface_holds_a_ball_with_its_own_force(share):
 
 def test_smaller_steps_converge():
     """A run that taps the surface two hundred times: halving the step, sixteen times less tolerance a go."""
-    run = hm.load("paper/table1-row2").replaced({"workspace.contact": "hold", "run.duration": "50 s"})
+    run = hm.load("nose-first/table1-row2").replaced({"workspace.contact": "hold", "run.duration": "50 s"})
     exact, *rougher = (advance([run], tolerance=t)[0] for t in (1e-11, 1e-5, 3e-7, 1e-8))
     off = [np.linalg.norm(history.states[-1, :3] - exact.states[-1, :3]) for history in rougher]
     assert off[1] < 1e-7
@@ -278,7 +280,7 @@ def test_smaller_steps_converge():
 
 
 def test_a_run_that_touches_nothing_is_the_same_to_the_last_bit():
-    stops = hm.load("paper/table1-row1").replaced({"run.duration": "30 s"})
+    stops = hm.load("nose-first/table1-row1").replaced({"run.duration": "30 s"})
     holds = stops.replaced({"workspace.contact": "hold"})
     (stopping,), (holding,) = advance([stops]), advance([holds])
     assert np.array_equal(stopping.states, holding.states)
@@ -359,7 +361,7 @@ def test_a_run_that_is_held_has_no_free_orbit_and_no_programme(resting):
 
 
 def test_orbits_are_those_of_walls_that_do_not_hold():
-    free = hm.load("paper/fig3c")
+    free = hm.load("nose-first/fig3c")
     held = free.replaced({"workspace": {"floor": "-80 mm", "contact": "hold"}})
     wet = free.replaced({"workspace": {"floor": "-80 mm"}})
     assert system_of(held) is not system_of(wet)
@@ -388,7 +390,7 @@ def test_walls_that_hold_change_nothing_of_how_a_run_is_written_and_named(restin
 )
 def test_what_does_not_fit_is_refused(workspace, told):
     with pytest.raises(hm.InputError, match=told):
-        hm.load("paper/fig3c").replaced({"workspace": workspace})
+        hm.load("nose-first/fig3c").replaced({"workspace": workspace})
 
 
 def test_a_start_inside_a_wall_ends_the_run():
@@ -409,12 +411,20 @@ def test_a_sweep_stores_and_exports_contacts():
 
 def test_the_command_line_tells_of_contacts(helimag):
     sets = [f"--set=workspace.{one}" for one in ("contact=hold", "floor=-4 mm")]
-    done = helimag("simulate", "paper/table1-row2", *sets, "--duration=30 s", "--no-orbit", "--json")
+    done = helimag("simulate", "nose-first/table1-row2", *sets, "--duration=30 s", "--no-orbit", "--json")
     told = json.loads(done.out)
     assert told["verdict"] == "wall-limited"
     assert {"wall", "count", "first_s", "last_s", "total_s"} == told["contacts"][0].keys()
     assert told["contacts"][0]["wall"] == "surface"
-    done = helimag("simulate", "paper/table1-row2", *sets, "--duration=30 s", "--no-orbit")
+    done = helimag("simulate", "nose-first/table1-row2", *sets, "--duration=30 s", "--no-orbit")
     assert "  contact       the surface: " in done.out
-    assert "walls         hold a device that comes to them" in helimag("doctor", "paper/table1-row2", *sets).out
-    assert "walls         stop a run" in helimag("doctor", "paper/table1-row2").out
+    assert "walls         hold a device that comes to them" in helimag("doctor", "nose-first/table1-row2", *sets).out
+    assert "walls         stop a run" in helimag("doctor", "nose-first/table1-row2").out
+
+
+def test_a_figure_marks_when_a_wall_pushes(resting):
+    ((begin, end),) = touching_spans(shown(resting))
+    assert begin == pytest.approx(resting.touches[0].first, abs=60.0 / 1800)
+    assert end == 60.0
+    axes = draw_run(resting).axes[-2:]
+    assert any("a wall pushes" in each.get_xlabel() for each in axes)

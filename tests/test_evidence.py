@@ -220,3 +220,23 @@ def test_a_copy_with_other_slow_times_is_judged_by_them():
     slower = dataclasses.replace(run, slow=SlowTimes(lap=400.0, fold=150.0))
     assert judge(slower).cause is Reason.TOO_SHORT
     assert "run 2000 s or more" in judge(slower).reason
+
+
+@pytest.mark.parametrize(
+    ("slow_growth", "share", "verdict"),
+    [(1.0 / 8000.0, 1.0, Verdict.UNDECIDED), (-1.0 / 8000.0, 1.0, Verdict.UNDECIDED), (0.0, 0.0, Verdict.BOUNDED)],
+)
+def test_a_slow_swing_beneath_one_that_dies_out_is_not_overlooked(slow_growth, share, verdict):
+    """Run 106 of seed 132: it shrank by 6 % in its last quarter, grew e-fold in 8,000 s, and fell after 17,300 s."""
+    turning = 2.0 * np.pi * TIME / 175.0
+    fast = 1.5e-3 * np.exp(-TIME / 250.0) * np.sin(turning)
+    slow = 5e-4 * share * np.exp(slow_growth * TIME) * np.cos(turning)
+    judged = judge(heights(settling() + fast + slow))
+    assert judged.verdict is verdict
+    assert (judged.cause is Reason.SWINGS_ON) is (share > 0.0)
+
+
+def test_swings_that_die_out_evenly_are_bounded():
+    """By a fifth a quarter, as beside most stable orbits of the paper's circles."""
+    swing = 2e-3 * np.exp(-TIME / 1900.0) * np.sin(2.0 * np.pi * TIME / 202.0)
+    assert judge(heights(settling() + swing)).verdict is Verdict.BOUNDED

@@ -36,7 +36,7 @@ from helimag.robot import load_cell, plan
 from helimag.robot.programme import programme_texts
 
 # the device of today's Fig. 3(C), nose first; and set D2, tail first
-CELL = load_cell().model_copy(update={"tank": None})  # the circle begins outside the default one
+CELL = load_cell().model_copy(update={"obstacle": ()})  # the circle begins outside the tank of the default one
 BAR = {"2.5 Hz 12.7": (2.5, 12.7), "2.0 Hz 14": (2.0, 14.0), "2.5 Hz 8": (2.5, 8.0), "3.0 Hz 10": (3.0, 10.0)}
 
 

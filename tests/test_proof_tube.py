@@ -27,6 +27,7 @@ class Known:
     wobble: float = 0.3
     cubic: float = 0.0
     drive: float = 0.0
+    cross: float = 0.0  # times z2 z3, in the first component
     decay: tuple[float, ...] = DECAY
     components: int = 1
     plain: bool = True
@@ -65,6 +66,7 @@ class Known:
                 weight = sum((frame[i][k] * exact(float(constant[k, j])) for k in range(N)), speed[i][j])
                 total = total + weight * inner[j]
             result.append(total - exact(self.cubic) * (deviation[i] * deviation[i] * deviation[i]))
+        result[0] = result[0] + exact(self.cross) * (deviation[2] * deviation[3])
         return result
 
     def _solved(self, frame, right):
@@ -182,6 +184,18 @@ def test_rates_bound_the_logarithmic_norm_at_random_points() -> None:
             with arithmetic():
                 assert own <= float(rate_in(spans[0], b, [exact(radius)] * 4)) + 1e-15
     assert theorem.stability
+
+
+def test_products_of_two_blocks_count_in_a_third() -> None:
+    """Of z2 z3 in z0': the derivative by z2 changes along z3 by as much, and the other way round."""
+    known = Known(wobble=0.0, cross=2.0)
+    theorem, spans = proved(known, tube_of(known, 0.05))
+    for span in spans:
+        assert 2.0 <= float(span.bend[0][1][2]) < 2.0 + 1e-9
+        assert 2.0 <= float(span.bend[0][2][1]) < 2.0 + 1e-9
+        assert float(span.bend[1][0][2]) == 0.0
+    assert theorem.stability
+    assert not proved(known, tube_of(known, 0.2))[0].stability
 
 
 def test_blocks_that_drive_each_other_repel() -> None:

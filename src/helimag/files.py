@@ -1,14 +1,18 @@
 """Files: written so that nobody ever finds half of one, and TOML read with one clear refusal."""
 
+import csv
+import io
 import os
 import tempfile
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from helimag.errors import FileError, InputError
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")  # how one begins
 
 
 @contextmanager
@@ -51,6 +55,23 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
     finally:
         beside.unlink(missing_ok=True)
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Rows of cells as CSV. Text that a spreadsheet would carry out as a formula gets an apostrophe in front.
+
+    None is an empty cell; numbers are written so that they read back as the same.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    for row in rows:
+        writer.writerow([_harmless(cell) if isinstance(cell, str) else cell for cell in row])
+    return text.getvalue()
+
+
+def _harmless(cell: str) -> str:
+    plain = cell.replace("\r", " ")
+    return f"'{plain}" if cell.startswith(FORMULA) else plain
 
 
 def toml_tables(text: str, source: str) -> dict[str, Any]:

@@ -105,7 +105,7 @@ def simulate(
 
         with progress_bar(f"continuing {chosen.title}") as progress:
             outlook = explain(trajectory, progress=progress)
-    warnings = validity_warnings(trajectory.dataset.attrs)
+    warnings = validity_warnings(trajectory.attributes)
     print_warnings(warnings)
     if json:
         print_json(_report(trajectory) | _outlook_report(outlook) | {"warnings": warnings})
@@ -141,7 +141,7 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "leads": trajectory.leading_end,
         "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
-        "wall_time_s": trajectory.dataset.attrs["wall_time"],
+        "wall_time_s": trajectory.attributes["wall_time"],
     }
 
 

@@ -58,40 +58,12 @@ def pack_tanks(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     )
 
 
-@cache
-def held_in(medium: Medium) -> Medium:
-    """The medium with walls that hold."""
-    around_type, here_type, local, respond = (
-        medium.surroundings_type,
-        medium.here_type,
-        medium.local,
-        medium.response,
-    )
-
-    @wp.struct
-    class Among:
-        """Surroundings of a run, and the walls."""
-
-        beyond: around_type  # type: ignore[valid-type]
-        tank: Tank
-
-    @wp.struct
-    class Here:
-        """The same at a place."""
-
-        beyond: here_type  # type: ignore[valid-type]
-        tank: Tank
-
-    @wp.func
-    def local_among(surroundings: Among, position: wp.vec3d, rotation: wp.mat33d) -> Here:
-        here = Here()
-        here.beyond = local(surroundings.beyond, position, rotation)
-        here.tank = surroundings.tank
-        return here
+def _pushed(respond: wp.Function, here_type: Any) -> wp.Function:
+    """Make the answer to a load among walls that hold, from that without them."""
 
     @wp.func
     def response(
-        body: Swimmer, here: Here, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
+        body: Swimmer, here: here_type, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
     ) -> wp.spatial_vectord:
         whole = load
         if here.tank.pull > ZERO:
@@ -119,6 +91,35 @@ def held_in(medium: Medium) -> Medium:
             whole += pushes[k] * unit_push(here.tank, rotation, k, near.way[k])
         return respond(body, here.beyond, position, rotation, whole)
 
+    return response
+
+
+@cache
+def held_in(medium: Medium) -> Medium:
+    """The medium with walls that hold."""
+    around_type, here_type, local = medium.surroundings_type, medium.here_type, medium.local
+
+    @wp.struct
+    class Among:
+        """Surroundings of a run, and the walls."""
+
+        beyond: around_type  # type: ignore[valid-type]
+        tank: Tank
+
+    @wp.struct
+    class Here:
+        """The same at a place."""
+
+        beyond: here_type  # type: ignore[valid-type]
+        tank: Tank
+
+    @wp.func
+    def local_among(surroundings: Among, position: wp.vec3d, rotation: wp.mat33d) -> Here:
+        here = Here()
+        here.beyond = local(surroundings.beyond, position, rotation)
+        here.tank = surroundings.tank
+        return here
+
     @wp.func
     def touched(here: Here, state: State, rates: State) -> int:
         return walls_touched(here.tank, state, rates)  # type: ignore[no-any-return]
@@ -131,4 +132,4 @@ def held_in(medium: Medium) -> Medium:
         walls.beyond = beyond  # what these point to must live as long as they do
         return walls
 
-    return Medium(response, local_among, pack, touched)
+    return Medium(_pushed(medium.response, Here), local_among, pack, touched)

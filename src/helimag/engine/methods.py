@@ -11,15 +11,15 @@ from functools import cache
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
-from scipy.integrate import DOP853 as TABLEAU
 
+from helimag.engine import tableau
 from helimag.engine.control import Control, scaled_square
 from helimag.engine.system import System, build_rates
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State, normalized
 from helimag.physics.magnetics import FieldSource
 
-STAGES = TABLEAU.n_stages
+STAGES = tableau.STAGES
 LOW_SHARE = wp.constant(wp.float64(0.01))  # of the order-3 estimate in DOP853's blend
 COMPONENTS = wp.constant(wp.float64(7.0))
 ZERO = wp.constant(wp.float64(0.0))
@@ -86,9 +86,9 @@ def blended_error(low: State, high: State, h: wp.float64, control: Control) -> w
 def build_dop853(system: System) -> wp.Function:
     """Make DOP853's step for a system."""
     rates, drive_type, here_type = build_rates(system), system.drive_type, system.medium.here_type
-    argument = [None] + [weighted_sum(TABLEAU.A[i, :i]) for i in range(1, STAGES)]
-    times = [wp.float64(float(c)) for c in TABLEAU.C]
-    result, low, high = (weighted_sum(weights) for weights in (TABLEAU.B, TABLEAU.E3[:STAGES], TABLEAU.E5[:STAGES]))
+    argument = [None] + [weighted_sum(tableau.A[i, :i]) for i in range(1, STAGES)]
+    times = [wp.float64(float(c)) for c in tableau.C]
+    result, low, high = (weighted_sum(weights) for weights in (tableau.B, tableau.E3[:STAGES], tableau.E5[:STAGES]))
 
     @wp.func
     def trial(

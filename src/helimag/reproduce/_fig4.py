@@ -18,6 +18,7 @@ from helimag import quantities as q
 from helimag.errors import FileError
 from helimag.files import replacing
 from helimag.outcomes import Verdict
+from helimag.reproduce._table import write_csv
 from helimag.scenario import Input
 from helimag.sweeps import Axis, Plan, SweepProgress, sweep
 
@@ -249,8 +250,7 @@ def fig4(
     files = [target / f"fig4.{suffix}" for suffix in ("png", "svg", "pdf", "csv", "json")]
     for path in files[:3]:
         plots.save(figure, path)
-    with replacing(files[3]) as beside:
-        beside.write_text(_csv(rows), encoding="utf-8")
+    write_csv(rows, files[3])
     with replacing(files[4]) as beside:
         beside.write_text(json.dumps({"panels": rows, "trends": found}, indent=2) + "\n", encoding="utf-8")
     return Fig4(rows=rows, trends=found, text=_table(panels) + "\n\n" + _trend_table(found), files=tuple(files))
@@ -311,13 +311,6 @@ def _trend_table(found: Sequence[Mapping[str, Any]]) -> str:
         verdict = "holds" if trend["holds"] else "does NOT hold"
         lines.append(f"  {trend['published']}: {verdict}{steps}, rank correlation {rank}  ({numbers})")
     return "\n".join(lines)
-
-
-def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    lines = [",".join(columns)]
-    lines += [",".join("" if row.get(key) is None else str(row[key]) for key in columns) for row in rows]
-    return "\n".join(lines) + "\n"
 
 
 def _table(panels: Sequence[Panel]) -> str:

@@ -1,6 +1,5 @@
 """Published beside computed: the rows of a table, as text, CSV and JSON."""
 
-import csv
 import json
 import textwrap
 import tomllib
@@ -13,7 +12,7 @@ import numpy as np
 
 from helimag.engine import History
 from helimag.ensembles import Ensemble
-from helimag.files import replacing
+from helimag.files import csv_text, replacing
 from helimag.orbits import Outlook
 from helimag.runs.gain import gain_until
 
@@ -180,10 +179,9 @@ def case_rows(ensembles: Sequence[Ensemble], outlooks: Sequence[Outlook], leads:
 
 def write_csv(rows: Sequence[Row], path: Path) -> None:
     """Write the rows as CSV, one line of names first."""
-    with replacing(path) as beside, beside.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    with replacing(path) as beside:
+        beside.write_text(csv_text([columns, *([row.get(key) for key in columns] for row in rows)]), encoding="utf-8")
 
 
 def write_json(found: Row, path: Path) -> None:

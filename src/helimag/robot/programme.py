@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from helimag.errors import FileError, InputError, NotFeasible
-from helimag.files import replacing
+from helimag.files import csv_text, replacing
 from helimag.proof import Certificate, line, require_covered
 from helimag.robot.arm.cell import Cell
 from helimag.robot.arm.planning import ArmPlan
@@ -188,10 +188,8 @@ def _transposed(rows: list[dict[str, float]]) -> dict[str, list[float]]:
 
 def _csv(columns: Mapping[str, list[float]], marks: Mapping[str, str]) -> str:
     """Columns as CSV, after comment lines; numbers so that they read back as the same."""
-    lines = [f"# {key}: {value}" for key, value in marks.items()]
-    lines.append(",".join(columns))
-    lines += [",".join(repr(float(value)) for value in row) for row in zip(*columns.values(), strict=True)]
-    return "\n".join(lines) + "\n"
+    lines = "".join(f"# {key}: {value}\n" for key, value in marks.items())
+    return lines + csv_text([list(columns), *zip(*columns.values(), strict=True)])
 
 
 def _write(folder: Path, texts: Mapping[str, str]) -> list[Path]:

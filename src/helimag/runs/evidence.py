@@ -21,6 +21,9 @@ SETTLED = 0.01  # of the input: how far the mean height of a settled run may sti
 STILL = 0.002  # of the input: a change between quarters too small to extrapolate
 SEEN = 1e-5  # of the input: changes of mean and swing below this are rounding
 LEAK = 0.3  # of a swing that takes less than half a quarter of the run: what may look like a step of its trend
+SHRINKS = 0.92  # from one quarter of the run to the next: swings that shrink by less may not be dying out
+SLOWING = 1.25  # by how much larger the ratio of two quarters' swings may be than the ratio before
+STEADY = 2e-3  # by how much the swings of a steady motion may differ from quarter to quarter
 SLOWEST = 1e6  # s; a device that needs longer to show anything does not move
 DEVIATIONS = 3.0  # standard deviations by which noise may make swings look larger
 
@@ -100,12 +103,40 @@ def _not_dying_out(run: Heights) -> tuple[Reason, str] | None:
     unseen = STILL * run.initial_gap + LEAK * last.swing
     if abs(last.step) > unseen and not _rest(before.step, last.step) <= SETTLED * run.initial_gap:
         return Reason.MOVES_ON, Reason.MOVES_ON.text(time=time, last=1e3 * last.step, before=1e3 * before.step)
-    sharp = tuple(_about_trend(run, quarter, smooth=False) for quarter in (2, 3))
-    for earlier, later in ((before, last), sharp):
-        if later.swing > earlier.swing + SEEN * run.initial_gap + _noise(run):
+    smooth, sharp = (_swings(run, smooth=each) for each in (True, False))
+    unseen = SEEN * run.initial_gap + _noise(run)
+    steady = _steady(smooth) and sharp[2] <= sharp[1] + unseen
+    for swings in (smooth, sharp):
+        if not steady and not _die_out(swings, unseen):
             on = Reason.SWINGS_ON
-            return on, on.text(time=time, last=1e3 * later.swing, before=1e3 * earlier.swing)
+            return on, on.text(time=time, last=1e3 * swings[2], before=1e3 * swings[1])
     return None
+
+
+def _swings(run: Heights, *, smooth: bool) -> tuple[float, float, float]:
+    """Swings in the last three quarters of a run (m); zero where they are not beyond what noise alone may show."""
+    noise = _deviation(run) ** 2
+    spread = DEVIATIONS * noise * math.sqrt(16.0 / run.time.size)  # of a quarter's mean square, by a window's weights
+    squares = (_about_trend(run, quarter, smooth=smooth).swing ** 2 - noise for quarter in (1, 2, 3))
+    first, second, third = (math.sqrt(square) if square > spread else 0.0 for square in squares)
+    return first, second, third
+
+
+def _die_out(swings: tuple[float, float, float], unseen: float) -> bool:
+    """Whether swings in successive quarters shrink, by as much as before or more: a slow one may hide under a fast one.
+
+    While a fast swing dies out, one that grows slowly beneath it looks as if it shrank, but ever less.
+    """
+    first, second, third = swings
+    shrinks = third <= SHRINKS * second + unseen
+    steadily = third * first <= SLOWING * second * second or third <= unseen
+    return shrinks and steadily
+
+
+def _steady(swings: tuple[float, float, float]) -> bool:
+    """Whether swings keep their size so well, twice, that no growth would show in them for as long as anybody runs."""
+    first, second, third = swings
+    return abs(second - first) <= STEADY * second and abs(third - second) <= STEADY * second
 
 
 def _rest(before: float, last: float) -> float:
@@ -140,9 +171,10 @@ def _about_trend(run: Heights, quarter: int, *, smooth: bool) -> _AboutTrend:
 
 
 def _noise(run: Heights) -> float:
-    """How much larger noise alone may make a quarter's swing look than the one before (m).
+    """How much larger noise alone may make a quarter's swing look than the one before (m)."""
+    return DEVIATIONS * _deviation(run) / math.sqrt(run.time.size / 4.0)
 
-    Its standard deviation is that of second differences over sqrt(6): slow motion hardly has any.
-    """
-    deviation = float(np.std(np.diff(run.mean, 2))) / math.sqrt(6.0)
-    return DEVIATIONS * deviation / math.sqrt(run.time.size / 4.0)
+
+def _deviation(run: Heights) -> float:
+    """Standard deviation of noise (m): that of second differences over sqrt(6), of which slow motion hardly has any."""
+    return float(np.std(np.diff(run.mean, 2))) / math.sqrt(6.0)

@@ -1,15 +1,16 @@
 """Reading a sweep's store back, and writing it as netCDF or CSV."""
 
-import csv
 import json
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from helimag.errors import FileError, InputError
-from helimag.files import replacing
+from helimag.files import csv_text, replacing
 from helimag.outcomes import Reason, Verdict
 from helimag.runs import write_netcdf
 from helimag.sweeps.compute import SCALARS
@@ -43,28 +44,60 @@ def load_sweep(path: str | Path) -> "xarray.Dataset":
     place = Path(path)
     attributes = attributes_of(place)
     check_whole(place, attributes)
-    try:
+    with _damage(place):
         opened = xarray.open_dataset(place, engine="zarr", consolidated=False, decode_timedelta=False)
-    except (OSError, ValueError, KeyError) as error:
-        raise FileError(f"{place} is damaged: {error}") from None
-    opened = opened.drop_vars(CHECKSUM)
-    chosen = [name for name in opened.data_vars if "shown_in" in opened[name].attrs]
-    return opened.set_coords(chosen)
+        opened = opened.drop_vars(CHECKSUM)
+        chosen = [name for name in opened.data_vars if "shown_in" in opened[name].attrs]
+        opened = opened.set_coords(chosen)
+        for coordinate in opened.coords.values():  # small, and under no checksum: read at once
+            coordinate.load()
+        _check_shapes(place, opened)
+    return opened
+
+
+@contextmanager
+def _damage(path: Path) -> Iterator[None]:
+    """What reading a damaged file may raise, as one line that names it."""
+    try:
+        yield
+    except FileError:
+        raise
+    except FileNotFoundError as error:
+        raise FileError(f"{path} is damaged: {error.filename or error} is missing") from None
+    except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError, OverflowError) as error:
+        why = " ".join(str(error).split())[:200] or type(error).__name__
+        raise FileError(f"{path} is damaged: {why}") from None
+
+
+def _check_shapes(path: Path, dataset: "xarray.Dataset") -> None:
+    """Raise FileError where a result does not lie along the plan's axes, or a coordinate holds what is no number."""
+    dims = dataset["verdict"].dims
+    for name in (*SCALARS, "verdict", "reason"):
+        if dataset[name].dims != dims or dataset[name].dtype.kind not in "fi":
+            raise FileError(f"{path} is damaged: {name} does not lie along the sweep's axes")
+    for label, coordinate in dataset.coords.items():
+        if coordinate.dtype.kind == "f" and label in dims and not np.isfinite(coordinate.values).all():
+            raise FileError(f"{path} is damaged: {label} holds values that are no numbers")
 
 
 def check_whole(path: Path, attributes: dict[str, object]) -> None:
     """Compare the committed chunks with their checksums; raises FileError naming the file that does not fit."""
     import zarr
 
-    try:
+    for folder in path.iterdir():
+        if folder.is_dir():  # zarr passes over an array without a readable head
+            with _damage(folder / "zarr.json"):
+                json.loads((folder / "zarr.json").read_text(encoding="utf-8"))["shape"]
+    with _damage(path / CHECKSUM):
         sums = np.asarray(zarr.open_array(path / CHECKSUM, mode="r")[:])
-    except (OSError, ValueError, RuntimeError) as error:
-        raise FileError(f"{path / CHECKSUM} is damaged: {error}") from None
-    names = str(attributes["checksum_files"]).split()
+    with _damage(path):
+        names = str(attributes["checksum_files"]).split()
+    grids = {}
     for name in names:
-        if not (path / name / "zarr.json").exists():
-            raise FileError(f"{path / name / 'zarr.json'} is missing")
-    grids = {name: _chunk_files(path / name, len(sums)) for name in names}
+        with _damage(path / name / "zarr.json"):
+            grids[name] = _chunk_files(path / name, len(sums))
+    if sums.ndim != 2 or sums.shape[1] != len(names) or any(len(grid) != len(sums) for grid in grids.values()):
+        raise FileError(f"{path} is damaged: its chunks are not those of its plan")
     for chunk in np.flatnonzero(sums.any(axis=1)):
         for name, expected in zip(names, sums[chunk], strict=True):
             file = grids[name][chunk]
@@ -130,14 +163,15 @@ def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
     flags, reasons = shape.values.ravel(), dataset["reason"].values.ravel()
     hashes = dataset["scenario_hash"].values.reshape(flags.size, -1)
     units = {name: dataset[name].attrs.get("units", "1") for name in columns}
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*(f"{name} ({units[name]})" for name in columns), "verdict", "reason", "scenario_hash"])
-        for i in np.flatnonzero(flags != Verdict.NOT_COMPUTED):
-            cells = [words[name][values[i]] if name in words else _cell(values[i]) for name, values in columns.items()]
-            found = [str(Verdict.of(flags[i])), str(Reason.of(reasons[i])), hashes[i].tobytes().hex()]
-            writer.writerow([*cells, *found])
+    rows: list[list[object]] = [
+        [*(f"{name} ({units[name]})" for name in columns), "verdict", "reason", "scenario_hash"]
+    ]
+    for i in np.flatnonzero(flags != Verdict.NOT_COMPUTED):
+        cells = [words[name][values[i]] if name in words else _cell(values[i]) for name, values in columns.items()]
+        found = [str(Verdict.of(flags[i])), str(Reason.of(reasons[i])), hashes[i].tobytes().hex()]
+        rows.append([*cells, *found])
+    path.write_text(csv_text(rows), encoding="utf-8")
 
 
-def _cell(value: float) -> str:
-    return "" if np.isnan(value) else repr(float(value))
+def _cell(value: float) -> float | None:
+    return None if np.isnan(value) else float(value)

@@ -3,6 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -80,17 +81,20 @@ def sweep(
     check_first(resolved)
     place = Path(out)
     times = sample_times(resolved)
-    with Store.opened(place, resolved) as store:
+    with ExitStack() as opened:
+        # a scheduler that does not answer must not leave a store behind that nothing was computed for
+        where = None if place.exists() else opened.enter_context(engine(scheduler, threads))
+        store = opened.enter_context(Store.opened(place, resolved))
         state = SweepProgress(total=resolved.size)
         for chunk in sorted(store.done):
             _count(state, np.asarray(store.read(chunk, "verdict")))
         state.found, state.worked = state.done, state.done
         if len(store.done) < len(resolved.chunks):
-            with engine(scheduler, threads) as where:
-                wanted = resolved.plan.boundary
-                rounds = chosen(resolved, store, wanted) if wanted else planned(resolved, store)
-                for jobs, columns in rounds:
-                    _run(where, jobs, columns, store, times, state, progress)
+            where = where or opened.enter_context(engine(scheduler, threads))
+            wanted = resolved.plan.boundary
+            rounds = chosen(resolved, store, wanted) if wanted else planned(resolved, store)
+            for jobs, columns in rounds:
+                _run(where, jobs, columns, store, times, state, progress)
     return load_sweep(place)
 
 

@@ -4,6 +4,7 @@ A chunk of runs is one zarr chunk of each variable. Its files are written one by
 comes its row of ``checksum``, which commits it. A chunk without that row does not count and is computed again.
 """
 
+import contextlib
 import hashlib
 import json
 import math
@@ -49,8 +50,9 @@ class Store:
             self._arrays = {
                 name: zarr.open_array(path / name, mode="r+").with_config(always) for name in (*self.names, CHECKSUM)
             }
-        except (OSError, ValueError, KeyError) as error:
-            raise FileError(f"{path} is damaged: {error}") from None
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:
+            why = " ".join(str(error).split())[:200]
+            raise FileError(f"{path} is damaged: {why}") from None
         self.done: set[int] = {chunk for chunk in range(len(resolved.chunks)) if self._is_committed(chunk)}
 
     @classmethod
@@ -279,17 +281,35 @@ def _create(path: Path, resolved: ResolvedPlan) -> None:
         if np.isnan(float(fill)):
             encoding[name] |= {"_FillValue": fill}
             del encoding[name]["fill_value"]
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part"))
-    except OSError as error:
-        raise FileError(f"{path} cannot be made: {error.strerror}") from None
-    try:
+    for name, (dims, values, _) in _coordinates(resolved).items():
+        sized = {"chunks": np.shape(values)} if dims else {}
+        encoding[name] = {"compressors": codecs, **sized}  # coordinates have no row of checksums: theirs is the codec's
+    with _folder_beside(path) as beside:
         _template(resolved).to_zarr(beside, mode="w", zarr_format=3, encoding=encoding, consolidated=False)
         mask = os.umask(0)
         os.umask(mask)
         beside.chmod(0o777 & ~mask)
         beside.rename(path)
+
+
+@contextmanager
+def _folder_beside(path: Path) -> Iterator[Path]:
+    """A new folder beside a path, gone afterwards unless renamed; those of killed processes are removed."""
+    prefix, suffix = f".{path.name}.", ".part"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for left in path.parent.iterdir():
+            if left.name.startswith(prefix) and left.name.endswith(suffix) and left.is_dir():
+                with contextlib.suppress(FileError), _locked(left):  # in use: by a process that is making it now
+                    shutil.rmtree(left, ignore_errors=True)
+        beside = Path(tempfile.mkdtemp(dir=path.parent, prefix=prefix, suffix=suffix))
+    except OSError as error:
+        raise FileError(f"{path} cannot be made: {error.strerror}") from None
+    try:
+        with _locked(beside):
+            yield beside
+    except FileError:
+        raise
     except OSError as error:
         raise FileError(f"{path} cannot be made: {error.strerror or error}") from None
     finally:
