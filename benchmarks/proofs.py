@@ -11,10 +11,10 @@ import time
 import numpy as np
 
 import helimag as hm
-from helimag.orbits import list_orbits
 from helimag.proof import prove
 
 STABLE, UNSTABLE, SEED = 40, 20, 18
+PRESET = "nose-first/fig3c"
 
 
 def drawn(rng):
@@ -34,7 +34,7 @@ def drawn(rng):
     }
     # six digits, as somebody would write them
     rounded = {key: float(f"{value:.6g}") if isinstance(value, float) else str(value) for key, value in changes.items()}
-    return hm.load("paper/fig3c").replaced(rounded)
+    return hm.load(PRESET).replaced(rounded)
 
 
 def main(stable_wanted=STABLE, unstable_wanted=UNSTABLE):
@@ -44,24 +44,19 @@ def main(stable_wanted=STABLE, unstable_wanted=UNSTABLE):
     existing = 0
     seconds = []
     while tried[True] < stable_wanted or tried[False] < unstable_wanted:
-        try:
-            found = list_orbits(drawn(rng), shape=(3, 3, 3))
-        except hm.InputError:
-            continue
-        for stable in (True, False):
-            orbits = [orbit for orbit in found if orbit.stable == stable]
-            if not orbits or tried[stable] >= (stable_wanted if stable else unstable_wanted):
-                continue
+        found = hm.find_orbit(drawn(rng))
+        stable = found.stable
+        if found.found and tried[stable] < (stable_wanted if stable else unstable_wanted):
             begun = time.process_time()
-            proof = prove(orbits[0])
+            proof = prove(found)
             seconds.append(time.process_time() - begun)
             tried[stable] += 1
             proved[stable] += proof.proved
             existing += proof.existence and not stable
             word = "stable" if stable else "unstable"
             if not proof.existence or proof.proved != stable:
-                print(f"  {found[0].scenario.title}")
-            print(f"{word:8} {seconds[-1]:5.1f} s of CPU, growth {orbits[0].growth:9.2e}/s: {proof.reason}", flush=True)
+                print(f"  {found.scenario.title}")
+            print(f"{word:8} {seconds[-1]:5.1f} s of CPU, growth {found.growth:9.2e}/s: {proof.reason}", flush=True)
     print(f"stable:   {proved[True]} of {tried[True]} proved")
     print(f"unstable: {proved[False]} of {tried[False]} proved stable; that they exist was proved of {existing}")
     print(f"time:     median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s of CPU")
