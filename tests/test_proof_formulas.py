@@ -239,6 +239,33 @@ def test_decimals_are_not_floats():
         assert not wide.contains(exact(Fraction("12.81") / 180) * flint.arb.pi())
 
 
+def test_inputs_with_a_tolerance_are_variables():
+    """At the middle with slopes, over all values with second derivatives: against constants at the box' corners."""
+    scenario = oracles.scenario_of(oracles.case()).replaced({"drive.pitch": "12.7 deg", "drive.frequency": "2.5 Hz"})
+    widths = {"drive.frequency": Fraction(1, 100), "drive.pitch": Fraction(1, 10)}
+    with arithmetic():
+        middle, over, plain = (
+            Inputs(scenario, widths, view).constants() for view in ("middle", "over", "balls")
+        )  # fmt: skip
+        for f, p in ((1, 1), (-1, 1), (1, -1)):
+            corner = Inputs(
+                scenario.replaced({"drive.frequency": f"{2.5 + 0.01 * f} Hz", "drive.pitch": f"{12.7 + 0.1 * p} deg"})
+            ).constants()
+            for get in (
+                lambda k: k.yaw,
+                lambda k: k.sin_pitch,
+                lambda k: k.mobility[0][0],
+                lambda k: k.sources[0].place[0],
+            ):
+                true, jet, ball, first = get(corner), get(over), get(plain), get(middle)
+                assert jet.v.overlaps(true)
+                assert ball.overlaps(true)
+                change = f * first.g.get(6, exact(0)) + p * first.g.get(7, exact(0))
+                # Taylor: half the second derivatives over the box, times variables of one
+                rest = sum((abs(h).abs_upper() for h in jet.h.values()), exact(0))
+                assert abs(float(true - first.v - change)) <= float(rest) + 1e-15 * abs(float(true))
+
+
 @pytest.mark.parametrize(
     ("changes", "told"),
     [({"magnet.field": "cylinder"}, "magnet.field"), ({"device.helix.wire_radius": "0.2 mm"}, None)],
