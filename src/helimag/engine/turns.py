@@ -8,8 +8,8 @@ import math
 from functools import cache
 
 import warp as wp
-from scipy.integrate import DOP853 as TABLEAU
 
+from helimag.engine import tableau
 from helimag.engine.methods import STAGES, Stages, weighted_sum
 from helimag.engine.moving import frame_rates
 from helimag.engine.synchrony import lag_vector
@@ -120,7 +120,7 @@ def build_moving_rates(system: System) -> wp.Function:
 @cache
 def build_stage_spins() -> wp.Function:
     """Make the function that gives cosine and sine of the spin's angle from the start to each stage and the end."""
-    shares = [wp.float64(float(share)) for share in (*TABLEAU.C[:STAGES], 1.0)]
+    shares = [wp.float64(float(share)) for share in (*tableau.C[:STAGES], 1.0)]
 
     @wp.func
     def stage_spins(angle: wp.float64) -> StageSpins:
@@ -138,8 +138,8 @@ def build_stage_spins() -> wp.Function:
 def build_spun_step(system: System) -> wp.Function:
     """Make DOP853's step of ``h`` (s) in the moving frame, over which the spin turns as ``spins`` has it."""
     rates, here_type = build_moving_rates(system), system.medium.here_type
-    argument = [None] + [weighted_sum(TABLEAU.A[i, :i]) for i in range(1, STAGES)]
-    result = weighted_sum(TABLEAU.B)
+    argument = [None] + [weighted_sum(tableau.A[i, :i]) for i in range(1, STAGES)]
+    result = weighted_sum(tableau.B)
 
     @wp.func
     def step(
