@@ -85,7 +85,7 @@ def test_objects_show_themselves_shortly_and_without_markup():
     scenario = hm.load("nose-first/fig3c").replaced({"name": "<script>alert(1)</script>", "drive.pitch": "12 deg"})
     assert repr(scenario).startswith("<Scenario <script>alert(1)</script>: frequency 3.3 Hz, pitch 12 deg")
     run = hm.simulate(scenario, duration=30.0)
-    for thing in (scenario, run, hm.Orbit(scenario, OrbitStatus.NO_ORBIT)):
+    for thing in (scenario, run, hm.Orbit(scenario=scenario, status=OrbitStatus.NO_ORBIT)):
         page = thing._repr_html_()
         assert "<script>" not in page
         assert "&lt;script&gt;" in page
