@@ -34,7 +34,8 @@ def programme(scenario: Scenario, *, unwind: bool, accept: bool, progress: Calla
     from helimag import robot
     from helimag.errors import InputError
 
-    plan = robot.plan(scenario, robot.load_cell(None), unwind=unwind)
+    cell = robot.load_cell("wide")  # holds the circles of Fig. 3 as well as the straight runs
+    plan = robot.plan(scenario, cell, unwind=unwind)
     progress(0.3)
     report = robot.report(plan)
     text = json.dumps(report, indent=2, allow_nan=False).encode()
