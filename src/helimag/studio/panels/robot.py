@@ -32,9 +32,10 @@ def programme(scenario: Scenario, *, unwind: bool, accept: bool, progress: Calla
         Where the plan cannot be made.
     """
     from helimag import robot
-    from helimag.errors import InputError
+    from helimag.errors import InputError, NotFeasible
 
-    plan = robot.plan(scenario, robot.load_cell(None), unwind=unwind)
+    cell = robot.load_cell("wide")  # holds the circles of Fig. 3 as well as the straight runs
+    plan = robot.plan(scenario, cell, unwind=unwind)
     progress(0.3)
     report = robot.report(plan)
     text = json.dumps(report, indent=2, allow_nan=False).encode()
@@ -43,7 +44,7 @@ def programme(scenario: Scenario, *, unwind: bool, accept: bool, progress: Calla
         run = robot.rehearse(plan, progress=lambda share: progress(0.3 + 0.5 * share))
         report["verdict"] = str(run.verdict)
         texts = robot.programme_texts(plan, run=run, accept_unbounded=accept)
-    except InputError as error:
+    except (InputError, NotFeasible) as error:
         return Programme(report, {}, str(error))
     progress(0.95)
     files = {
