@@ -291,6 +291,7 @@ def test_a_stored_run_is_laid_over_the_live_one(page, tmp_path):
     page.wait_for_selector(f"{by('compared')} >> text=b.nc")
     assert f"{run.gain:.4f}" in page.inner_text(by("compared"))
     page.click(by("tab-charts"))
+    page.wait_for_timeout(500)  # the line beneath the tabs glides
     pictured(page, "studio")
     overlaid = "import('helimag-studio').then(m => m.runs.others[0].position.length)"
     assert page.evaluate(overlaid) > 300

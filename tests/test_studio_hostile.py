@@ -48,6 +48,9 @@ HOSTILE_SCENARIOS = {
     "unknown keys": GOOD.encode() + b'\n[__proto__]\nadmin = "yes"\n',
     "not finite": GOOD.replace('frequency = "3.3 Hz"', 'frequency = "inf Hz"').encode(),
     "a run of a year": GOOD.replace('duration = "1800 s"', 'duration = "3e7 s"').encode(),
+    "half a day of slow turns": GOOD.replace('duration = "1800 s"', 'duration = "40000 s"')
+    .replace('frequency = "3.3 Hz"', 'frequency = "0.5 Hz"')
+    .encode(),
     "a billion samples": GOOD.replace('duration = "1800 s"', 'duration = "1800 s"\ninterval = "0.001 s"').encode(),
     "a billion turns": GOOD.replace('frequency = "3.3 Hz"', 'frequency = "1e6 Hz"').encode(),
     **{f"names the file {name}": with_body(name).encode() for name in FILES},
@@ -83,6 +86,11 @@ HOSTILE_LINKS = {
 def test_a_hostile_link_is_refused(link):
     with pytest.raises(HelimagError):
         scenario_from_link(link)
+
+
+def test_a_bomb_is_not_unpacked():
+    with pytest.raises(HelimagError, match="its scenario does not end"):
+        scenario_from_link(HOSTILE_LINKS["a bomb"])
 
 
 def test_a_good_file_and_link_are_taken():

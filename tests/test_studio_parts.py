@@ -24,6 +24,7 @@ from helimag.studio.jobs import Job  # noqa: E402
 from helimag.studio.knobs import BY_PATH, CHOICES, DIRECTION, KNOBS, present  # noqa: E402
 from helimag.studio.live import Live  # noqa: E402
 from helimag.studio.mapping import NODES, STEPS, Axis2D, MapPlane, gain_cells  # noqa: E402
+from helimag.studio.panels.tour import Side, stops  # noqa: E402
 from helimag.studio.picture import overlaid, pictured  # noqa: E402
 from helimag.studio.state import TabState  # noqa: E402
 
@@ -180,6 +181,17 @@ def test_the_last_question_is_always_answered_and_none_is_replayed():
     assert len({given.number for given in news if given.stage is Stage.AFTERWARDS}) < len(pitches)
 
 
+def test_a_run_that_nobody_waits_for_is_given_up():
+    def ask(live):
+        live.ask(SHORT.replaced({"run.duration": "30000 s"}))
+        time.sleep(0.3)
+        return live.ask(SHORT)
+
+    news, last = heard(ask)
+    assert last == 2
+    assert {given.number for given in news if given.stage is not Stage.FIRST} == {2}
+
+
 def test_a_long_run_is_first_answered_for_its_beginning():
     news, _ = heard(lambda live: live.ask(SHORT.replaced({"run.duration": "1200 s"})))
     assert [given.stage for given in news] == [Stage.FIRST, Stage.WHOLE, Stage.AFTERWARDS]
@@ -240,3 +252,14 @@ def test_files_are_named_by_letters_alone(run):
 def test_a_port_that_cannot_be_is_refused():
     with pytest.raises(hm.InputError, match="--port 99999 cannot be used"):
         server.serve("paper/fig3c", port=99999, browser=False)
+
+
+def test_the_tour_takes_two_minutes_and_moves_knobs_within_their_range():
+    nothing = [lambda *_: None] * 7
+    found = stops(Side(*nothing))
+    assert sum(stop.seconds for stop in found) == pytest.approx(115.0, abs=10.0)
+    for stop in found:
+        if stop.knob:
+            knob = BY_PATH[stop.knob]
+            assert knob.low <= stop.to <= knob.high
+        assert len(stop.words) < 110

@@ -63,6 +63,7 @@ def simulate(
     duration: str | None = None,
     interval: str | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    method: str = "direct",
     device: str = "cpu",
     orbit: bool = True,
     certificate: Path | None = None,
@@ -78,6 +79,9 @@ def simulate(
         Time between samples in the result, such as "0.1 s".
     output
         Write the trajectory to this netCDF file.
+    method
+        "direct", or "multirevolution": leaps over turns of the magnet where the device keeps in step; faster where
+        runs are long and steady.
     device
         "cpu", or a CUDA device such as "cuda".
     orbit
@@ -94,7 +98,7 @@ def simulate(
     chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
     proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
-        trajectory = run(chosen, device=device, progress=progress)
+        trajectory = run(chosen, method=method, device=device, progress=progress)
     if proof is not None:
         trajectory = proofs.carried(trajectory, proof)
     if output is not None:

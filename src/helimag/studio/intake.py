@@ -92,12 +92,11 @@ def scenario_from_link(text: str) -> Scenario:
     try:
         packed = base64.b64decode(text + "=" * (-len(text) % 4), altchars=b"-_", validate=True)
         unpacker = zlib.decompressobj()
-        plain = unpacker.decompress(packed, MOST_TEXT + 1)
-        if len(plain) > MOST_TEXT or not unpacker.eof:
-            raise InputError("the link is damaged or too large")
-        written = plain.decode("utf-8")
+        written = unpacker.decompress(packed, MOST_TEXT + 1).decode("utf-8")
     except (binascii.Error, zlib.error, ValueError):
         raise InputError("the link is damaged: it does not hold a scenario") from None
+    if not unpacker.eof:
+        raise InputError("the link is damaged or too large: its scenario does not end")
     return scenario_from_text(written, "the link")
 
 

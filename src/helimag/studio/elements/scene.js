@@ -153,7 +153,7 @@ export default {
     // corners of all that is drawn
     extent_of(run) {
       const box = new THREE.Box3();
-      for (const values of [run.position, run.magnet, ...runs.others.map((other) => other.position)])
+      for (const values of [run.position, run.magnet])
         for (let i = 0; i < values.length; i += 3) box.expandByPoint(new THREE.Vector3(values[i], values[i + 1], values[i + 2]));
       const reach = Math.max(...run.magnets.map((m) => Math.hypot(m.radius, m.height / 2)));
       box.expandByScalar(reach);
@@ -246,7 +246,7 @@ export default {
     },
     arrow(name, length) {
       const arrow = new THREE.Group();
-      const [shaft, tip] = [new THREE.CylinderGeometry(0.012 * length, 0.012 * length, length, 10), new THREE.ConeGeometry(0.045 * length, 0.16 * length, 16)];
+      const [shaft, tip] = [new THREE.CylinderGeometry(0.008 * length, 0.008 * length, length, 10), new THREE.ConeGeometry(0.028 * length, 0.1 * length, 16)];
       shaft.translate(0, length / 2, 0);
       tip.translate(0, length, 0);
       for (const geometry of [shaft, tip]) arrow.add(new THREE.Mesh(geometry, this.material("MeshBasicMaterial", name)));
