@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from helimag.cli import proofs
 from helimag.cli._shared import (
     Changes,
     Json,
@@ -62,8 +63,10 @@ def simulate(
     duration: str | None = None,
     interval: str | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    method: str = "direct",
     device: str = "cpu",
     orbit: bool = True,
+    certificate: Path | None = None,
     json: Json = False,
 ) -> None:
     """Run a scenario, judge it, and say what becomes of it after its horizon.
@@ -76,10 +79,15 @@ def simulate(
         Time between samples in the result, such as "0.1 s".
     output
         Write the trajectory to this netCDF file.
+    method
+        "direct", or "multirevolution": leaps over turns of the magnet where the device keeps in step; faster where
+        runs are long and steady.
     device
         "cpu", or a CUDA device such as "cuda".
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
+    certificate
+        A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
     from helimag.engine import simulate as run
 
@@ -88,8 +96,11 @@ def simulate(
         if output.suffix.lower() not in (".nc", ".nc4", ".h5"):
             raise InputError(f"--output must end in .nc (netCDF, which is HDF5); got '{output}'")
     chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
+    proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
-        trajectory = run(chosen, device=device, progress=progress)
+        trajectory = run(chosen, method=method, device=device, progress=progress)
+    if proof is not None:
+        trajectory = proofs.carried(trajectory, proof)
     if output is not None:
         trajectory.save(output)
     outlook = None

@@ -5,7 +5,7 @@ coefficients are SciPy's.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from helimag.engine import tableau
 from helimag.engine.control import Control, scaled_square
 from helimag.engine.system import System, build_rates
+from helimag.errors import InputError
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State, normalized
 from helimag.physics.magnetics import FieldSource
@@ -47,6 +48,8 @@ class Method:
         Share of the step that would just meet the tolerance to try next.
     growth
         By how much a step may be longer than the one before.
+    leaps
+        Whether runs leap over turns of the magnet where that holds, see :mod:`helimag.engine.leaping`.
     """
 
     name: str
@@ -54,6 +57,7 @@ class Method:
     build: Callable[[System], wp.Function]
     safety: float = SAFETY
     growth: float = GROWTH
+    leaps: bool = False
 
 
 def weighted_sum(weights: NDArray[np.float64]) -> wp.Function:
@@ -113,3 +117,18 @@ def build_dop853(system: System) -> wp.Function:
 
 
 DOP853 = Method("DOP853", 8, build_dop853)
+MULTIREVOLUTION = replace(DOP853, name="DOP853, multi-revolution", leaps=True)
+METHODS = {"direct": DOP853, "multirevolution": MULTIREVOLUTION}
+
+
+def method_named(name: str) -> Method:
+    """A method by the name that users give it.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+    """
+    if name not in METHODS:
+        raise InputError(f"method must be one of {', '.join(METHODS)}; got '{name}'")
+    return METHODS[name]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.notebook import summary
 from helimag.outcomes import End, Limit, Verdict, cf_masks
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.heights import Heights, SlowTimes
@@ -234,6 +235,18 @@ class Trajectory:
     def __repr__(self) -> str:
         judgement = self.judgement
         return f"<Trajectory {self.attributes.get('name', '')}: gain {judgement.gain:.3f}, {judgement.reason}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the judgement; the arrays are in ``dataset``."""
+        judgement = self.judgement
+        told = {
+            "verdict": f"{judgement.verdict}: {judgement.reason}",
+            "gain": f"{judgement.gain:.3f} (y {1e3 * judgement.output:.2f} mm, u {1e3 * judgement.input:.2f} mm)",
+            "leads": self.leading_end,
+            "source": str(self.attributes.get("source", "unknown")),
+            "scenario": str(self.attributes.get("scenario_hash", "unknown"))[:12],
+        }
+        return summary(str(self.attributes.get("name", "a run")), told)
 
 
 def versions() -> str:
