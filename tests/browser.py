@@ -67,7 +67,7 @@ def answering(process: subprocess.Popen, port: int) -> str:
     match = re.search(r"(http://\S+)", line)
     if match is None:
         pytest.fail(f"the studio did not start: {line}{process.stderr.read()}")
-    until = time.monotonic() + 30.0
+    until = time.monotonic() + 60.0
     while time.monotonic() < until:
         try:
             urlopen(f"http://127.0.0.1:{port}/studio/picture/none/live", timeout=2.0).close()
@@ -75,7 +75,7 @@ def answering(process: subprocess.Popen, port: int) -> str:
             if getattr(error, "code", None) is not None:
                 return match[1]
             time.sleep(0.1)
-    pytest.fail("the studio did not answer within half a minute")
+    pytest.fail("the studio did not answer within a minute")
 
 
 @contextmanager

@@ -295,6 +295,7 @@ def test_no_name_is_markup(open_port, tmp_path):
     run.save(tmp_path / "run.nc")
     with browser.chromium() as chromium:
         page = chromium.new_page()
+        page.set_default_timeout(150_000)
         page.on("dialog", lambda dialog: pytest.fail(f"a script ran: {dialog.message}"))
         page.goto(f"http://localhost:{port}/?s={link_of(scenario)}")
         whole = '[data-testid="verdict"][data-stage="AFTERWARDS"]'

@@ -142,7 +142,7 @@ def test_undo_and_redo():
     assert TabState.stored(three.data) == three
 
 
-def heard(ask, until=60.0):
+def heard(ask, until=150.0):
     """News of a live run, until what becomes of the last question is known."""
     news, last, done = [], [0], threading.Event()
 
