@@ -42,7 +42,10 @@ def plot(
     from helimag import plots
     from helimag.runs.trajectory import Trajectory
 
-    trajectory = Trajectory.load(run)
+    try:
+        trajectory = Trajectory.load(run)
+    except InputError as error:
+        raise InputError(f"{error}; plot draws what simulate, robot replay or vision wrote, and sweeps") from None
     if animate is not None:
         with progress_bar(f"filming {run.name}") as progress:
             plots.animate(trajectory, animate, progress=progress)

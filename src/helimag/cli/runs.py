@@ -46,12 +46,13 @@ def presets(name: str | None = None, *, schema: Annotated[bool, Parameter(negati
     elif name is not None:
         print(load(name).to_toml(), end="")
     else:
+        wide = max(map(len, preset_names()))
         for preset in preset_names():
             scenario = load(preset)
             drive = scenario.drive
             speed = sum(v * v for v in drive.velocity) ** 0.5
             print(
-                f"{preset:20s} {drive.frequency:g} Hz, {degrees(drive.pitch):g} deg, {1e3 * drive.distance:g} mm, "
+                f"{preset:{wide}s}  {drive.frequency:g} Hz, {degrees(drive.pitch):g} deg, {1e3 * drive.distance:g} mm, "
                 f"yaw {degrees(drive.yaw_rate):g} deg/s, {1e3 * speed:g} mm/s, {scenario.run.duration:g} s"
             )
 
@@ -69,7 +70,7 @@ def simulate(
     certificate: Path | None = None,
     json: Json = False,
 ) -> None:
-    """Run a scenario, judge it, and say what becomes of it after its horizon.
+    """Run a scenario, judge it, and say what happens after its end.
 
     Parameters
     ----------
@@ -85,7 +86,7 @@ def simulate(
     device
         "cpu", or a CUDA device such as "cuda".
     orbit
-        Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
+        Whether to look for the orbit that a run which stayed comes to, and to continue the run where there is none.
     certificate
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
