@@ -12,6 +12,7 @@ import oracles
 from helimag.diagnosis import as_json, as_text, diagnose
 from helimag.diagnosis.scenario import balance_distance, carrying_velocity
 from helimag.diagnosis.turn import over_a_turn
+from helimag.geometry import magnet_start
 
 MOMENT, DEVICE, WEIGHT = 18.89, 6.23e-4, 28.28e-6
 MEAN = 2 / np.pi * ellipe(-3)  # of sqrt(1 + 3 sin^2) over a turn: 1.542
@@ -188,6 +189,14 @@ def test_the_command_prints_what_was_found(helimag):
     status, _, err = helimag("doctor", "--set", "drive.pitch=1 deg")
     assert status == 2
     assert "--set needs a scenario" in err
+
+
+def test_no_words_have_a_minus_before_nothing():
+    """A device that starts 0.02 mm above its balance: the height of the balance is -0.02 mm, and zero in words."""
+    beside = diagnose(below()).balance_distance - 2e-5
+    found = diagnose(below().replaced({"drive.distance": beside}))
+    assert magnet_start(found.scenario.drive)[2] - found.balance_distance == pytest.approx(-2e-5, abs=1e-8)
+    assert "at a height of 0.0 mm" in as_text(found)
 
 
 def test_words_give_the_numbers_in_shown_units():

@@ -12,6 +12,7 @@ from helimag.geometry import long_axes
 from helimag.orbits import OrbitStatus, find_orbits, list_orbits, observed_growth
 from helimag.orbits.beside_runs.growth import leading_direction
 from helimag.orbits.strobe import Problem, chart, describe_rates, solve
+from helimag.orbits.strobe.problem import STEPS_PER_TURN
 from helimag.orbits.strobe.starts import default_box, on_grid, strobed, to_lab, to_moving
 
 ONE = np.zeros(1, dtype=np.int64)
@@ -256,3 +257,12 @@ def test_an_orbit_says_on_which_side_of_the_magnet_it_is(place, side):
     assert orbit.side == side
     named = replace(orbit, rates=np.full(6, -1.0 + 0j), multipliers=np.full(6, 0.5 + 0j))
     assert (f"{side.upper()} the magnet, not below it" in named.text) is (side != "below")
+
+
+def test_states_that_a_search_has_lost_cost_the_fewest_steps_and_no_warning() -> None:
+    """Far away nothing is fast; a number that overflows when cubed is only far away."""
+    problem = Problem([hm.load("paper/fig3c")])
+    states = np.tile(np.append(problem.arm[0], [1.0, 0.0, 0.0, 0.0]), (3, 1))
+    states[:, 2] -= [0.03, 1e3, 1e200]
+    near, far, lost = problem.steps(np.zeros(3, np.int64), states)
+    assert near > far == lost == STEPS_PER_TURN

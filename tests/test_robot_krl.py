@@ -350,7 +350,7 @@ def test_a_bounded_run_that_leaves_when_it_goes_on_does_not_open_the_gate(monkey
 
 def test_the_remedy_for_a_wound_up_wrist_is_no_short_run():
     found = report(plan(load("nose-first/fig3c"), CELL))
-    assert "can leave open what becomes of the device" in found["remedies"][0]
+    assert "can leave open whether the device stays" in found["remedies"][0]
     assert not any("set run.duration" in remedy for remedy in found["remedies"])
 
 

@@ -108,7 +108,7 @@ class Verdict(Term):
     FELL = (4, "fell", True, False, "the device falls away from the magnet")
     WALL_LIMITED = (5, "wall-limited", True, False, "the device comes to floor, surface or a wall")
     FAILED = (6, "failed", False, False, "there is no run to judge")
-    UNDECIDED = (7, "undecided", True, True, "the device is inside, and the run does not show what becomes of it")
+    UNDECIDED = (7, "undecided", True, True, "the device is inside, and the run does not show whether it stays")
 
     @property
     def open(self) -> bool:

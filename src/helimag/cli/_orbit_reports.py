@@ -66,7 +66,7 @@ def print_map(result: "StabilityMap", boundary: "list[BoundaryCurve]", output: l
     print(f"{result.scenario.title}: an orbit is stable at {stable} of {total} nodes of {names}")
     if best is None:
         print(
-            "  nowhere stable in these ranges: widen them, or list the scenario's orbits with helimag orbit ... --all"
+            "  nowhere stable in these ranges: widen them; whether the device can be held: docs/howto/another-device.md"
         )
     else:
         where = ", ".join(f"{g.name} {g.show(result.scenario, v)}" for g, v in zip(given, best, strict=False))

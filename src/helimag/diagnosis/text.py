@@ -44,8 +44,8 @@ def _moment(found: Diagnosis) -> str:
 def _balance(found: Diagnosis) -> str:
     if found.balance_distance is None:
         return "nowhere straight below the magnet"
-    height = magnet_start(found.scenario.drive)[2] - found.balance_distance
-    return f"{1e3 * found.balance_distance:.1f} mm straight below the magnet, at a height of {1e3 * height:.1f} mm"
+    height = round(1e3 * (magnet_start(found.scenario.drive)[2] - found.balance_distance), 1) + 0.0  # never -0.0
+    return f"{1e3 * found.balance_distance:.1f} mm straight below the magnet, at a height of {height:.1f} mm"
 
 
 def _walls(found: Diagnosis) -> str:

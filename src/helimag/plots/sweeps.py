@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# of the verdicts, by their numbers; the last ones wait for verdicts to come
-PALETTE = (WHITE, BLUE, SKY, VERMILLION, ORANGE, PURPLE, GREY, GREEN, YELLOW, DARK)
+# of the verdicts, by their numbers, no answer in grey; the last ones wait for verdicts to come
+PALETTE = (WHITE, BLUE, SKY, VERMILLION, ORANGE, PURPLE, DARK, GREY, GREEN, YELLOW)
 COLOURS = dict(zip(Verdict, PALETTE, strict=False))
 NAMES = {"yaw_rate": "yaw rate"}
 GAIN = "gain $\\gamma$"
@@ -105,6 +105,7 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
             looks |= {label: Line2D([], [], label=label, **look) for label, look in CONTOURS.items()}
         handles = [*legend(dataset["verdict"].values), *looks.values()]
         figure.legend(handles=handles, loc="outside lower center", ncols=4 if looks else 7)
+        figure.suptitle(dataset.attrs["title"], fontsize=8)
     return figure
 
 

@@ -46,7 +46,7 @@ def remedies(plan: ArmPlan) -> list[str]:
     if offence.joint in {"A4", "A6"} and offence.kind == "limit" and plan.laps > 0.0:
         found = [
             f"the wrist allows {plan.laps_allowed:.2f} of {plan.laps:.2f} laps, {math.floor(offence.time)} s; "
-            "a run.duration that short can leave open what becomes of the device"
+            "a run.duration that short can leave open whether the device stays"
         ]
         if plan.unwindings == () and math.hypot(*plan.cell.tool.magnet[:2]) < 1e-4:
             found.append("let the wrist unwind in place between laps (--unwind)")

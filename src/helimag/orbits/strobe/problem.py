@@ -40,6 +40,7 @@ STRIDE = 2e-4  # of the finite differences: radians, and shares of the drive's d
 STEPS_PER_TURN = 12  # at least
 DECAY_PER_STEP = 2.5  # at most: step times the fastest relaxation of the roll (DOP853 is stable up to about 6)
 MOST_STEPS = 4000
+FARTHEST = 1e3  # m, beyond which the field asks for no more steps
 SHARE = 64  # passages a thread takes at a time, at most
 THREADED_STEPS = 4096  # of a batch, some 7 ms of work, before it is worth beginning threads
 LAUNCH_STEPS = 16384  # and steps, some 30 ms of work: a launch cannot be interrupted
@@ -129,7 +130,8 @@ class Problem:
 
     def steps(self, which: Ints, states: Floats) -> Ints:
         """Steps a period that keep the integrator stable and accurate at these states: the roll relaxes fastest."""
-        gap = np.linalg.norm(states[:, :3] - self.arm[which], axis=1)
+        offset = np.clip(states[:, :3] - self.arm[which], -FARTHEST, FARTHEST)  # a lost search may be at any number
+        gap = np.linalg.norm(offset, axis=1)
         # a magnet at an offset may be nearer than the RPM's centre, never nearer than contact
         fastest = self.roll[which] / np.maximum(gap, self.contact[which] / 2.0) ** 3
         needed = np.ceil(self.period[which] * fastest / DECAY_PER_STEP)
