@@ -5,7 +5,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from helimag.cli import checks, compare, design, orbits, pictures, robot, runs, sweeps, vision
+from helimag.cli import calibration, checks, compare, design, orbits, pictures, robot, runs, sweeps, vision
 from helimag.cli._streams import OutputLost, guarded
 from helimag.errors import HelimagError, RunError
 
@@ -25,6 +25,7 @@ COMMANDS = (
     sweeps.sweep,
     orbits.app,
     design.design,
+    calibration.calibrate,
     pictures.plot,
     pictures.reproduce,
     runs.resistance,

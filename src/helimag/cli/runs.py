@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, validators
 
 from helimag.cli._shared import (
     Changes,
@@ -64,6 +64,11 @@ def simulate(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     device: str = "cpu",
     orbit: bool = True,
+    ensemble: Path | None = None,
+    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    displacement: str | None = None,
+    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
+    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
     json: Json = False,
 ) -> None:
     """Run a scenario, judge it, and say what becomes of it after its horizon.
@@ -80,7 +85,39 @@ def simulate(
         "cpu", or a CUDA device such as "cuda".
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
+    ensemble
+        What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is.
+    noise
+        With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
+        repeated.
+    displacement
+        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+    draws
+        With --ensemble: how many runs; 100 if left out.
+    seed
+        With --ensemble: of the draws; 0 if left out.
     """
+    if ensemble is not None:
+        if output is not None:
+            raise InputError("--output writes one run; with --ensemble use --json")
+        from helimag.cli.calibration import predict
+
+        chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
+        predict(
+            chosen,
+            ensemble,
+            noise=noise,
+            displacement=displacement,
+            draws=100 if draws is None else draws,
+            seed=0 if seed is None else seed,
+            device=device,
+            json=json,
+        )
+        return
+    only = {"--noise": noise, "--displacement": displacement, "--draws": draws, "--seed": seed}
+    for option, value in only.items():
+        if value is not None:
+            raise InputError(f"{option} goes with --ensemble only")
     from helimag.engine import simulate as run
 
     if output is not None:
