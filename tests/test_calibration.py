@@ -49,7 +49,7 @@ FREE = [
 
 def plan_of(observed, *, free=FREE, particles=64, seed=0, base=BASE, **more):
     run = {"name": "row1", "base": base, "observed": observed}
-    return cal.Plan.model_validate({"run": [run], "free": free, "particles": particles, "seed": seed} | more)
+    return cal.CalibrationPlan.model_validate({"run": [run], "free": free, "particles": particles, "seed": seed} | more)
 
 
 @pytest.fixture(scope="module")
@@ -199,7 +199,9 @@ def test_factors_and_inputs_of_some_runs_only():
     ]
     stays = [{"what": "stays", "source": "seen"}]
     two = {"name": "two", "base": BASE, "changes": {"magnet.moment": "10 A m^2"}, "observed": stays}
-    plan = cal.Plan.model_validate({"run": [{"name": "one", "base": BASE, "observed": stays}, two], "free": free})
+    plan = cal.CalibrationPlan.model_validate(
+        {"run": [{"name": "one", "base": BASE, "observed": stays}, two], "free": free}
+    )
     one, other = prepared(plan).scenarios_at([1.05, 5e-4])
     assert (one.magnet[0].moment, other.magnet[0].moment) == (pytest.approx(1.05 * 18.89), pytest.approx(10.5))
     assert (one.drive.start[2], other.drive.start[2]) == (0.0, 5e-4)
@@ -244,7 +246,7 @@ def test_a_fit_in_and_out_of_its_file(fit, tmp_path):
     with xarray.open_dataset(tmp_path / "fit.nc", engine="h5netcdf") as opened:
         assert opened["samples"].dims == ("sample", "input")
         assert opened["input"].values.tolist() == ["fluid.viscosity", "device.weight.net_weight"]
-    again = cal.Fit.load(tmp_path / "fit.nc")
+    again = cal.Posterior.load(tmp_path / "fit.nc")
     for name in ("samples", "loglikelihood", "logprior", "prior", "observed", "sd", "side", "predicted"):
         assert np.array_equal(getattr(again, name), getattr(fit, name)), name
     assert again.plan.run[0].base == BASE
@@ -268,7 +270,7 @@ def test_a_damaged_fit_is_refused(fit, tmp_path, damage, said):
 
     write_netcdf(damage(fit.dataset()), tmp_path / "bad.nc")
     with pytest.raises(InputError, match=said):
-        cal.Fit.load(tmp_path / "bad.nc")
+        cal.Posterior.load(tmp_path / "bad.nc")
 
 
 class StoppedError(Exception):

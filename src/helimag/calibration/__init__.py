@@ -2,26 +2,36 @@
 
 from helimag.calibration.calibrating import calibrate
 from helimag.calibration.findings import Findings, findings
-from helimag.calibration.fit import Fit, as_json, is_fit, shown_unit
+from helimag.calibration.fit import Posterior, as_json, is_fit, shown_unit
 from helimag.calibration.next_run import Worth, worths
 from helimag.calibration.numbers import NUMBERS
-from helimag.calibration.plan import Candidate, Ending, Experiment, Free, Number, Plan, Track, load_plan, parse_plan
+from helimag.calibration.plan import (
+    CalibrationPlan,
+    Candidate,
+    Ending,
+    Experiment,
+    Free,
+    ObservedNumber,
+    Track,
+    load_plan,
+    parse_plan,
+)
 from helimag.calibration.prediction import Noise, Prediction, height_bands, predict
-from helimag.calibration.problem import Problem, prepared
+from helimag.calibration.problem import PreparedPlan, prepared
 
 __all__ = [
     "NUMBERS",
+    "CalibrationPlan",
     "Candidate",
     "Ending",
     "Experiment",
     "Findings",
-    "Fit",
     "Free",
     "Noise",
-    "Number",
-    "Plan",
+    "ObservedNumber",
+    "Posterior",
     "Prediction",
-    "Problem",
+    "PreparedPlan",
     "Track",
     "Worth",
     "as_json",

@@ -11,25 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.calibration import sampling
-from helimag.calibration.fit import SHARES, Fit, whole
-from helimag.calibration.plan import Plan
-from helimag.calibration.problem import Problem, prepared
+from helimag.calibration.fit import SHARES, Posterior, whole
+from helimag.calibration.plan import CalibrationPlan
+from helimag.calibration.problem import PreparedPlan, prepared
 from helimag.errors import FileError
 from helimag.files import replacing
 
 Floats = NDArray[np.float64]
 
-SCATTER = 2.0  # of the evidence over seeds, over what independent weights would have: benchmarks/calibration.py
+SCATTER = 3.0  # of the evidence over seeds, over what independent weights would have: benchmarks/calibration.py
 BEHIND = ".partial"  # what a file of a calibration under way ends in
 
 
 def calibrate(
-    plan: Plan | str | Path,
+    plan: CalibrationPlan | str | Path,
     *,
     output: str | Path | None = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
-) -> Fit:
+) -> Posterior:
     """Find which values of the free inputs agree with what was observed.
 
     Parameters
@@ -74,13 +74,13 @@ def calibrate(
     return fit
 
 
-def _fit(problem: Problem, stand: sampling.Stand, threads: int | None) -> Fit:
+def _fit(problem: PreparedPlan, stand: sampling.Stand, threads: int | None) -> Posterior:
     samples = problem.from_unit(stand.points)
     _, predictions = problem.evaluate(samples, threads=threads)
     expected = problem.flat
     sizes = [each.observed.size for each in expected]
     count = len(problem.names)
-    return Fit(
+    return Posterior(
         plan=whole(problem.plan, problem.bases),
         names=problem.names,
         units=problem.units,
@@ -100,7 +100,7 @@ def _fit(problem: Problem, stand: sampling.Stand, threads: int | None) -> Fit:
     )
 
 
-def _mark(problem: Problem) -> str:
+def _mark(problem: PreparedPlan) -> str:
     """Tells a plan with its scenarios and data from any other."""
     told = hashlib.sha256(whole(problem.plan, problem.bases).to_toml().encode())
     for each in problem.flat:

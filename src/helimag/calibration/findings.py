@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.calibration.fit import Fit
+from helimag.calibration.fit import Posterior
 
 Floats = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class Findings:
         }
 
 
-def findings(fit: Fit) -> Findings:
+def findings(fit: Posterior) -> Findings:
     """What a fit says of its inputs."""
     widths = (fit.quantiles[2] - fit.quantiles[0]) / (fit.prior[2] - fit.prior[0])
     off = np.abs(fit.off[fit.place])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from helimag import quantities as q
-from helimag.calibration.plan import Plan
+from helimag.calibration.plan import CalibrationPlan
 from helimag.errors import InputError
 from helimag.runs import versions, write_netcdf
 from helimag.runs.netcdf import read_netcdf
@@ -28,7 +28,7 @@ NUMBERS = ("evidence", "evidence_sd", "evaluations")
 
 
 @dataclass(frozen=True)
-class Fit:
+class Posterior:
     """Samples of the posterior, each as likely, with the plan that they answer.
 
     Attributes
@@ -57,7 +57,7 @@ class Fit:
         How often the likelihood was computed.
     """
 
-    plan: Plan
+    plan: CalibrationPlan
     names: tuple[str, ...]
     units: tuple[str, ...]
     samples: Floats
@@ -150,7 +150,7 @@ class Fit:
         write_netcdf(self.dataset(), path)
 
     @classmethod
-    def load(cls, path: str | Path) -> "Fit":
+    def load(cls, path: str | Path) -> "Posterior":
         """Read what :meth:`save` wrote.
 
         Raises
@@ -170,7 +170,7 @@ class Fit:
             raise InputError(f"{path} is a damaged calibration: {' '.join(reason.split())[:300]}") from None
 
 
-def _read(dataset: "xarray.Dataset") -> Fit:
+def _read(dataset: "xarray.Dataset") -> Posterior:
     def numbers(name: str, *dimensions: str) -> Floats:
         if dataset[name].dims != dimensions:
             raise InputError(f"'{name}' must have the dimensions {', '.join(dimensions)}")
@@ -179,8 +179,8 @@ def _read(dataset: "xarray.Dataset") -> Fit:
     def words(name: str) -> tuple[str, ...]:
         return tuple(str(word) for word in dataset[name].values.tolist())
 
-    return Fit(
-        plan=Plan.model_validate(tomllib.loads(dataset.attrs["plan"])),
+    return Posterior(
+        plan=CalibrationPlan.model_validate(tomllib.loads(dataset.attrs["plan"])),
         names=words("input"),
         units=words("input_units"),
         samples=numbers("samples", "sample", "input"),
@@ -199,7 +199,7 @@ def _read(dataset: "xarray.Dataset") -> Fit:
     )
 
 
-def _checked(fit: Fit) -> Fit:
+def _checked(fit: Posterior) -> Posterior:
     """The fit, whose parts agree and are numbers."""
     if fit.names != tuple(free.title for free in fit.plan.free):
         raise InputError("its inputs are not those of its plan")
@@ -213,7 +213,7 @@ def _checked(fit: Fit) -> Fit:
     return fit
 
 
-def whole(plan: Plan, bases: tuple[Scenario, ...]) -> Plan:
+def whole(plan: CalibrationPlan, bases: tuple[Scenario, ...]) -> CalibrationPlan:
     """The plan with its runs' scenarios in full, so that it stands by itself."""
     runs = tuple(
         run.model_copy(update={"base": base, "changes": {}}) for run, base in zip(plan.run, bases, strict=True)
@@ -221,7 +221,7 @@ def whole(plan: Plan, bases: tuple[Scenario, ...]) -> Plan:
     return plan.model_copy(update={"run": runs})
 
 
-def as_json(fit: Fit) -> dict[str, Any]:
+def as_json(fit: Posterior) -> dict[str, Any]:
     """What was found as plain numbers, SI."""
     low, middle, high = fit.quantiles
     inputs = [
@@ -241,7 +241,7 @@ def as_json(fit: Fit) -> dict[str, Any]:
     return {"inputs": inputs, "evidence": fit.evidence, "evidence_sd": fit.evidence_sd, "evaluations": fit.evaluations}
 
 
-def shown_unit(fit: Fit, place: int) -> tuple[float, str]:
+def shown_unit(fit: Posterior, place: int) -> tuple[float, str]:
     """SI value and name of the unit in which files give a free input; 1 and nothing of a factor."""
     free = fit.plan.free[place]
     base = fit.plan.run[0].base

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
-from helimag.calibration.fit import Fit
+from helimag.calibration.fit import Posterior
 from helimag.calibration.numbers import NUMBERS
-from helimag.calibration.plan import Candidate, Number
+from helimag.calibration.plan import Candidate, ObservedNumber
 from helimag.calibration.problem import base_of, changed
 from helimag.engine import advance
 from helimag.errors import InputError
@@ -59,7 +59,7 @@ class Worth:
 
 
 def worths(
-    fit: Fit,
+    fit: Posterior,
     *,
     draws: int = DRAWS,
     seed: int = 0,
@@ -92,7 +92,7 @@ def worths(
     return sorted(found, key=lambda worth: -worth.told[worth.most])
 
 
-def _candidates(fit: Fit) -> list[tuple[Candidate, Scenario]]:
+def _candidates(fit: Posterior) -> list[tuple[Candidate, Scenario]]:
     if fit.plan.candidate:
         return [(candidate, base_of(candidate)) for candidate in fit.plan.candidate]
     run = fit.plan.run[0]
@@ -109,11 +109,11 @@ def _candidates(fit: Fit) -> list[tuple[Candidate, Scenario]]:
     return [(Candidate(name=name, base=base), base.replaced(each) if each else base) for name, each in changes.items()]
 
 
-def _deviations(fit: Fit) -> dict[str, float]:
+def _deviations(fit: Posterior) -> dict[str, float]:
     """Standard deviation with which each observable is measured: the plan's smallest, or a usual one."""
     measured: dict[str, float] = {}
     for run in fit.plan.run:
         for each in run.observed:
-            if isinstance(each, Number):
+            if isinstance(each, ObservedNumber):
                 measured[each.what] = min(each.numbers[1], measured.get(each.what, np.inf))
     return USUAL | measured

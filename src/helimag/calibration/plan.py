@@ -35,11 +35,11 @@ def si(given: Value, kind: q.Kind | None, what: str) -> float:
     return value
 
 
-class _Part(BaseModel):
+class _PlanPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class Number(_Part):
+class ObservedNumber(_PlanPart):
     """A number of a run up to ``until`` (the run's end where left out), such as ``what = "output"``, with its sd."""
 
     what: Literal["output", "gain", "attack_angle", "speed", "rise", "depth"]
@@ -70,7 +70,7 @@ class Number(_Part):
         return self
 
 
-class Ending(_Part):
+class Ending(_PlanPart):
     """How a run ended and when: ``fell`` at ``time``, give or take the factor 1 + ``spread``.
 
     ``stays`` is for at least ``time``; another end without ``time`` is at some time of the run.
@@ -87,7 +87,7 @@ class Ending(_Part):
         return self.what if self.time is None else f"{self.what} {self.time:g} s"
 
 
-class Track(_Part):
+class Track(_PlanPart):
     """A whole measured run, a file of ``vision`` or ``runs``: positions at up to ``samples`` of its times.
 
     ``sd`` is what the model may be off by along each axis; the file's own uncertainty is added. With
@@ -107,11 +107,11 @@ class Track(_Part):
         return f"track {Path(self.file).name}"
 
 
-Observation = Number | Ending | Track
-KINDS: dict[str, type[Observation]] = {**dict.fromkeys(NUMBERS, Number), "track": Track}
+Observation = ObservedNumber | Ending | Track
+KINDS: dict[str, type[Observation]] = {**dict.fromkeys(NUMBERS, ObservedNumber), "track": Track}
 
 
-class Experiment(_Part):
+class Experiment(_PlanPart):
     """A run that was made: a scenario with its own drive, and what was observed of it."""
 
     name: str = Field(pattern="^[A-Za-z0-9_./ -]+$", max_length=100)
@@ -141,7 +141,7 @@ def _observation(entry: Any, context: Any) -> Any:
         raise InputError(f".observed '{what}': " + "; ".join(_messages(error))) from None
 
 
-class Candidate(_Part):
+class Candidate(_PlanPart):
     """A run that could be made next."""
 
     name: str = Field(max_length=100)
@@ -149,7 +149,7 @@ class Candidate(_Part):
     changes: dict[str, Any] = {}
 
 
-class Free(_Part):
+class Free(_PlanPart):
     """An input that is not known, with what is known of it beforehand.
 
     ``input`` is a path of :class:`helimag.scenario.Input`. With ``factor`` the value multiplies each run's own;
@@ -182,7 +182,7 @@ class Free(_Part):
         return self
 
 
-class Plan(_Part):
+class CalibrationPlan(_PlanPart):
     """What is calibrated, against what."""
 
     name: str = "calibration"
@@ -217,7 +217,7 @@ def _check_once(what: str, names: list[str]) -> None:
             raise InputError(f"{what} '{name}' is there twice; give each its own name")
 
 
-def parse_plan(text: str, source: str = "plan") -> Plan:
+def parse_plan(text: str, source: str = "plan") -> CalibrationPlan:
     """Read a plan from TOML text; ``source`` names it in messages.
 
     Raises
@@ -230,12 +230,12 @@ def parse_plan(text: str, source: str = "plan") -> Plan:
         what = "a scenario" if "device" in data else "a sweep's plan"
         raise InputError(f"{source} is {what}, not a calibration's plan, which has [[run]] and [[free]] tables")
     try:
-        return Plan.model_validate(data, context={"file": True})
+        return CalibrationPlan.model_validate(data, context={"file": True})
     except ValidationError as error:
         raise InputError(f"{source}: " + "; ".join(_messages(error))) from None
 
 
-def load_plan(path: str | Path) -> Plan:
+def load_plan(path: str | Path) -> CalibrationPlan:
     """Read a plan file; paths of scenarios and tracks in it are relative to the file.
 
     Raises

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.calibration.fit import SHARES, Fit
+from helimag.calibration.fit import SHARES, Posterior
 from helimag.calibration.problem import changed
 from helimag.engine import TOLERANCE, History, advance, start_state
 from helimag.ensembles import Ensemble, Perturbation, finished
@@ -105,7 +105,7 @@ NO_NOISE = Noise()
 
 def predict(
     scenario: Scenario,
-    fit: Fit,
+    fit: Posterior,
     *,
     noise: Noise = NO_NOISE,
     draws: int = DRAWS,
@@ -127,7 +127,7 @@ def predict(
     noise
         Errors of each run on top.
     draws
-        Number of runs.
+        ObservedNumber of runs.
     seed
         Of samples and errors: the same seed draws the same.
     tolerance, device, threads, progress

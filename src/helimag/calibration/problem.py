@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from helimag.calibration.escapes import ENDS, log_stay, log_time
 from helimag.calibration.numbers import NUMBERS
 from helimag.calibration.plan import (
+    CalibrationPlan,
     Candidate,
     Ending,
     Experiment,
     Free,
-    Number,
     Observation,
-    Plan,
+    ObservedNumber,
     Track,
     load_plan,
     si,
@@ -58,7 +58,7 @@ class Expected:
 
 
 @dataclass(frozen=True)
-class Problem:
+class PreparedPlan:
     """A plan with its scenarios, priors and data read: a likelihood over the free inputs.
 
     Attributes
@@ -73,7 +73,7 @@ class Problem:
         For each run, what was observed of it.
     """
 
-    plan: Plan
+    plan: CalibrationPlan
     bases: tuple[Scenario, ...]
     priors: tuple[Prior, ...]
     expected: tuple[tuple[Expected, ...], ...]
@@ -175,7 +175,7 @@ def changed(scenario: Scenario, frees: Sequence[Free], values: Floats, run: str 
     return varied(scenario, changes) if changes else scenario
 
 
-def prepared(plan: Plan | str | Path) -> Problem:
+def prepared(plan: CalibrationPlan | str | Path) -> PreparedPlan:
     """Read what a plan names, and check that all of it fits together.
 
     Raises
@@ -185,7 +185,7 @@ def prepared(plan: Plan | str | Path) -> Problem:
     InputError
         Where an input, a prior or an observation does not fit its run.
     """
-    plan = plan if isinstance(plan, Plan) else load_plan(plan)
+    plan = plan if isinstance(plan, CalibrationPlan) else load_plan(plan)
     bases = tuple(base_of(run) for run in plan.run)
     priors = tuple(_prior(free, plan, bases) for free in plan.free)
     for run in plan.run:
@@ -197,7 +197,7 @@ def prepared(plan: Plan | str | Path) -> Problem:
         tuple(_expected(observation, run, base) for observation in run.observed)
         for run, base in zip(plan.run, bases, strict=True)
     )
-    return Problem(plan, bases, priors, expected)
+    return PreparedPlan(plan, bases, priors, expected)
 
 
 def base_of(run: Experiment | Candidate) -> Scenario:
@@ -206,7 +206,7 @@ def base_of(run: Experiment | Candidate) -> Scenario:
     return varied(base, run.changes) if run.changes else base
 
 
-def _prior(free: Free, plan: Plan, bases: Sequence[Scenario]) -> Prior:
+def _prior(free: Free, plan: CalibrationPlan, bases: Sequence[Scenario]) -> Prior:
     path = Input(free.input)
     own = [base for run, base in zip(plan.run, bases, strict=True) if applies(free, run.name)]
     for base in own:
@@ -250,7 +250,7 @@ def _within(time: float | None, duration: float, title: str) -> float:
     return duration if time is None else time
 
 
-def _number(observation: Number, title: str, duration: float) -> Expected:
+def _number(observation: ObservedNumber, title: str, duration: float) -> Expected:
     until = _within(observation.until, duration, title)
     value, sd = observation.numbers
     kind, of = NUMBERS[observation.what].kind, NUMBERS[observation.what].value

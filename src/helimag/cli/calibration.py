@@ -9,7 +9,7 @@ from helimag.cli._shared import DATA, Json, check_target, print_json, progress_b
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.calibration import Fit, Noise
+    from helimag.calibration import Noise, Posterior
     from helimag.scenario import Scenario
 
 
@@ -59,7 +59,7 @@ def calibrate(
     print(f"log evidence {fit.evidence:.1f} +- {fit.evidence_sd:.1f}; written to {output}")
 
 
-def _table(fit: "Fit") -> str:
+def _table(fit: "Posterior") -> str:
     """One line for each input: 5, 50, 95 % and the best, in the unit that files use; and the prior's 5 to 95 %."""
     from helimag import calibration
 
@@ -88,7 +88,7 @@ def predict(
     """What simulate prints with --ensemble."""
     from helimag import calibration
 
-    known = calibration.Fit.load(fit)
+    known = calibration.Posterior.load(fit)
     with progress_bar(f"predicting {scenario.title}") as progress:
         found = calibration.predict(
             scenario,

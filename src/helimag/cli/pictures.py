@@ -41,13 +41,13 @@ def plot(
         if path is not None:
             check_target(path)
     from helimag import plots
-    from helimag.calibration import Fit, is_fit
+    from helimag.calibration import Posterior, is_fit
     from helimag.runs.trajectory import Trajectory
 
     if is_fit(run):
         if animate is not None or target is None:
             raise InputError("--animate films a run; a calibration is drawn as a figure")
-        plots.save(plots.draw_fit(Fit.load(run)), target)
+        plots.save(plots.draw_fit(Posterior.load(run)), target)
         print(target)
         return
     trajectory = Trajectory.load(run)

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
-from helimag.calibration import Fit, shown_unit
+from helimag.calibration import Posterior, shown_unit
 from helimag.plots._style import BLUE, DARK, FULL_WIDTH, GREY, MM, PALE, VERMILLION, styled
 
 Floats = NDArray[np.float64]
@@ -16,7 +16,7 @@ MOST_SAMPLES = 500  # dots in a pair's panel
 WIDEST = 6.0  # standard deviations of the data that the bands' axis reaches at most
 
 
-def draw_fit(fit: Fit) -> Figure:
+def draw_fit(fit: Posterior) -> Figure:
     """Draw a posterior.
 
     Parameters
@@ -42,7 +42,7 @@ def draw_fit(fit: Fit) -> Figure:
     return figure
 
 
-def _draw_pairs(figure: SubFigure, fit: Fit) -> None:
+def _draw_pairs(figure: SubFigure, fit: Posterior) -> None:
     count = len(fit.names)
     panels = np.atleast_2d(figure.subplots(count, count, squeeze=False))
     scaled, prior = fit.samples.copy(), fit.prior.copy()
@@ -94,7 +94,7 @@ def _short(name: str) -> str:
     return " ".join(name.split(".")[-2:]).replace("_", " ")
 
 
-def _draw_bands(panel: Axes, fit: Fit, labels: list[str]) -> None:
+def _draw_bands(panel: Axes, fit: Posterior, labels: list[str]) -> None:
     off = fit.off
     own = np.array(fit.labels)
     panel.axvspan(-1.0, 1.0, color=PALE, lw=0)
