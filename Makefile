@@ -11,7 +11,7 @@ OLDEST := .venv-oldest
 CORE := $(addprefix tests/test_,$(addsuffix .py,scenario files gain hydrodynamics magnetics cli_errors sweep_plans \
     sweep_plots plots robot_krl vision_refraction))
 
-.PHONY: venv demo test test-nightly test-oldest lint docs bench lock clean
+.PHONY: venv demo test test-nightly test-oldest lint docs pictures bench lock clean
 
 venv: $(STAMP)
 
@@ -62,14 +62,20 @@ docs: $(STAMP)
 bench: $(STAMP)
 	for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
-# pins everything again; needs uv
+# the pictures of the studio's page in the documentation, from its tests: look at them before they are committed
+pictures: $(STAMP)
+	HELIMAG_STUDIO_PICTURES=$(CURDIR)/docs/_static $(BIN)/python -m pytest -n 0 tests/test_studio.py
+
+# pins everything again; needs uv. The oldest leave the studio out: what it is made of asks for newer ones, and no test
+# with the oldest opens it
 lock:
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
 	    --all-extras --group test --group docs --group bench --group build pyproject.toml -o requirements/all.txt
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
 	    --extra plots --group build -c requirements/all.txt pyproject.toml -o requirements/demo.txt
 	uv pip compile --resolution lowest-direct --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	    --quiet --all-extras --group oldest --group build pyproject.toml -o requirements/oldest.txt
+	    --quiet --extra plots --extra sweeps --extra cluster --extra robot --extra vision \
+	    --group oldest --group build pyproject.toml -o requirements/oldest.txt
 
 clean:
 	rm -rf $(VENV) $(OLDEST) out docs/_build

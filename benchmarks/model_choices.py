@@ -11,8 +11,8 @@ from helimag.engine import History, advance
 from helimag.outcomes import End
 from helimag.scenario import Scenario, load
 
-FIGURE_3 = [f"paper/fig3{letter}" for letter in "abc"]
-TABLE_1 = [f"paper/table1-row{row}" for row in range(1, 8)]
+FIGURE_3 = [f"nose-first/fig3{letter}" for letter in "abc"]
+TABLE_1 = [f"nose-first/table1-row{row}" for row in range(1, 8)]
 DRAGS = {
     "resistive force": {"model": "lighthill"},
     "boundary": {"model": "boundary"},
@@ -47,7 +47,7 @@ def main() -> None:
     seconds = {}
     for drag in ("boundary", "boundary, near walls"):
         # far from the magnet's pull, level in the middle of a tank so deep that the run ends nowhere
-        run = chosen("paper/fig3c", "dipole", DRAGS[drag]).replaced(
+        run = chosen("nose-first/fig3c", "dipole", DRAGS[drag]).replaced(
             {"workspace.floor": -0.5, "workspace.surface": 0.5, "run.duration": 600.0, "device.weight.net_weight": 1e-5}
         )
         advance([run.replaced({"run.duration": 1.0})])

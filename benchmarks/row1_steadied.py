@@ -32,6 +32,7 @@ TRIED = {
     "in a circle, 1.8 deg/s": {**CIRCLE, "drive.yaw_rate": "1.8 deg/s"},
 }
 SURFACES = ("2.55 mm", "3.5 mm", "8 mm")
+LIGHTER = (0.001, 0.01, 0.02, 0.05)  # shares of the weight
 OFFSETS = (0.0, 1e-5, 1e-4, 1e-3)  # of the weight
 
 
@@ -65,6 +66,13 @@ def main() -> None:
             near = ROW.replaced({"workspace.surface": surface, "device.hydrodynamics.near_walls": True})
             print(f"drag near surface {surface:6s} {said(find_orbit(near, near=orbit))}", flush=True)
     weight = float(ROW.device.weight.net_weight or 0.0)
+    for lighter in LIGHTER:
+        held = {"workspace.contact": "hold", "device.weight.net_weight": weight * (1.0 - lighter)}
+        judgement = advance([ROW.replaced(held)])[0].judge()
+        print(
+            f"a surface that holds, {100.0 * lighter:g} % lighter: {judgement.reason}; "
+            f"|y| {1e3 * judgement.output:.2f} mm, attack angle {np.degrees(judgement.attack_angle):.1f} deg"
+        )
     for offset in OFFSETS:
         both = [OPEN.replaced({"device.weight.net_weight": weight * (1.0 + sign * offset)}) for sign in (-1.0, 1.0)]
         ends = [1e3 * history.states[-1, 2] for history in advance(both)]

@@ -25,7 +25,8 @@ PAGES = sorted(
 NEEDS_A_CLUSTER = Path("docs/howto/sweep-on-a-cluster.md")  # test_sweep_pages runs its recipe
 # run with -m nightly: minutes each
 LONG = {
-    Path(f"docs/howto/{name}.md") for name in ("design", "plot", "reproduce", "robot-programme", "track-two-cameras")
+    Path(f"docs/howto/{name}.md")
+    for name in ("design", "plot", "prove", "reproduce", "robot-programme", "track-two-cameras")
 }
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 CLOSE = 0.02  # relative; the runs shown are sensitive to rounding, which differs between machines

@@ -5,8 +5,9 @@ import pickle
 import pytest
 
 import helimag as hm
+from helimag.outcomes import OrbitStatus
 from helimag.plots import _quantities
-from helimag.scenario import parse
+from helimag.scenario import drive_inputs, parse
 
 FIG3C = hm.load("nose-first/fig3c")
 
@@ -66,9 +67,7 @@ def test_runs_are_named_by_their_content_everywhere(helimag, tmp_path):
     assert parse(run.scenario_toml).name == "nose-first/fig3c"
     shown = _quantities.shown(run)
     assert shown.name == title
-    assert (
-        _quantities.inputs_of(shown.scenario) == "frequency 3.3 Hz, pitch 12 deg, distance 150 mm, yaw rate 1.8 deg/s"
-    )
+    assert drive_inputs(shown.scenario) == "frequency 3.3 Hz, pitch 12 deg, distance 150 mm, yaw rate 1.8 deg/s"
 
 
 def test_a_figure_states_the_inputs():
@@ -79,3 +78,16 @@ def test_a_figure_states_the_inputs():
     texts = [text.get_text() for text in figure.texts]
     assert "nose-first/table1-row1, run.duration 1 s" in texts
     assert any("pitch 13 deg, distance 102 mm, yaw rate 0 deg/s, speed 0.825 mm/s" in text for text in texts)
+
+
+def test_objects_show_themselves_shortly_and_without_markup():
+    """In a terminal a line, in a notebook a table; a name is text, whatever it holds."""
+    scenario = hm.load("nose-first/fig3c").replaced({"name": "<script>alert(1)</script>", "drive.pitch": "12 deg"})
+    assert repr(scenario).startswith("<Scenario <script>alert(1)</script>: frequency 3.3 Hz, pitch 12 deg")
+    run = hm.simulate(scenario, duration=30.0)
+    for thing in (scenario, run, hm.Orbit(scenario=scenario, status=OrbitStatus.NO_ORBIT)):
+        page = thing._repr_html_()
+        assert "<script>" not in page
+        assert "&lt;script&gt;" in page
+    assert f"{run.gain:.3f}" in run._repr_html_()
+    assert "pitch 12 deg" in scenario._repr_html_()

@@ -90,3 +90,4 @@ def test_no_scheduler_is_one_clear_line(tmp_path, monkeypatch):
     monkeypatch.setattr("helimag.sweeps.engines.CONNECT_SECONDS", 1)
     with pytest.raises(FileError, match=r"no dask scheduler answers at 'tcp://127\.0\.0\.1:9'"):
         helimag.sweep(parse_plan(PLAN), out=tmp_path / "s.zarr", scheduler="tcp://127.0.0.1:9")
+    assert list(tmp_path.iterdir()) == []  # no store that nothing was computed for

@@ -1,7 +1,9 @@
 """The store: labelled, atomic by chunk, resumed bit for bit, and clear about what is wrong with it."""
 
 import csv
+import fcntl
 import json
+import os
 import re
 import signal
 import subprocess
@@ -408,3 +410,29 @@ def test_the_command_estimates_runs_reports_and_exports(tmp_path):
     bad = subprocess.run(command, capture_output=True, text=True, check=False)
     assert bad.returncode == 2
     assert "--output must name the store" in bad.stderr
+
+
+def test_what_a_killed_beginning_of_a_store_left_is_removed_and_one_in_use_is_not(tmp_path):
+    """Folders beside the store: of a process that was killed, of one that is making it now, and of another store."""
+    left, busy, other = (tmp_path / name for name in (".s.zarr.dead.part", ".s.zarr.busy.part", ".t.zarr.dead.part"))
+    for folder in (left, busy, other):
+        (folder / "gain").mkdir(parents=True)
+    handle = os.open(busy, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        plan = parse_plan(PLAN.replace("count = 31", "count = 2").replace('duration = "60 s"', 'duration = "1 s"'))
+        helimag.sweep(plan, out=tmp_path / "s.zarr")
+    finally:
+        os.close(handle)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".s.zarr.busy.part", ".t.zarr.dead.part", "s.zarr"]
+
+
+def test_a_spoilt_coordinate_is_noticed(done, tmp_path):
+    """Coordinates have no row of checksums; a bit that is turned in one must not move a run to another input."""
+    store = copy(done, tmp_path / "spoilt.zarr")
+    file = store / "frequency" / "c" / "0"
+    content = bytearray(file.read_bytes())
+    content[-1] ^= 1
+    file.write_bytes(content)
+    with pytest.raises(FileError, match="is damaged"):
+        helimag.load_sweep(store)

@@ -39,6 +39,7 @@ from helimag.vision import (
 from helimag.vision.calibration.lenses import read_lens
 from helimag.vision.silhouette import outline, silhouette
 from helimag.vision.tracking.detection import blobs, measure
+from helimag.vision.tracking.drawings import _roll
 
 ANGLE = np.radians(25.0)
 SEED = 2
@@ -346,3 +347,15 @@ def test_other_programs_tables_that_are_no_track_are_named(text: str, message: s
     (tmp_path / "track.csv").write_text(text)
     with pytest.raises(InputError, match=message):
         import_track(tmp_path / "track.csv", initial_gap=0.1)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_roll_of_drawings_says_its_zero_at_the_films_blur_and_how_far_it_is_off(sense: float) -> None:
+    """Phases that are off by a wave twice a turn, and a zero that moves with blur: both are found again."""
+    phase = 2.0 * np.pi * (np.arange(32) * 0.618034 % 1.0)
+    wave = 0.03 * np.cos(2.0 * phase)
+    tables = [np.stack([sense * phase + zero + wave, phase], axis=1) for zero in (3.10, 3.10 + 0.20)]
+    found_sense, zero, roll_sd = _roll(tables, 0.25)
+    assert found_sense == sense
+    assert np.exp(1j * zero) == pytest.approx(np.exp(3.15j), abs=2e-3)
+    assert roll_sd == pytest.approx(0.03 / np.sqrt(2.0), rel=0.05)

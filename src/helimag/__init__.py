@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from helimag.hydrodynamics import resistance
     from helimag.orbits import Orbit, find_orbit
     from helimag.outcomes import Verdict
+    from helimag.proof import Proof, prove
     from helimag.runs import Trajectory
     from helimag.scenario import Scenario, load, preset_names
     from helimag.sweeps import Plan, load_sweep, sweep
@@ -23,6 +24,7 @@ _HOMES = {
     "Orbit": "orbits",
     "Perturbation": "ensembles",
     "Plan": "sweeps",
+    "Proof": "proof",
     "RunError": "errors",
     "Scenario": "scenario",
     "Trajectory": "runs",
@@ -32,6 +34,7 @@ _HOMES = {
     "load": "scenario",
     "load_sweep": "sweeps",
     "preset_names": "scenario",
+    "prove": "proof",
     "resistance": "hydrodynamics",
     "simulate": "engine",
     "simulate_many": "engine",

@@ -15,30 +15,49 @@ if TYPE_CHECKING:
     import pint
 
 
+DEGREE, TURN = math.pi / 180.0, 2.0 * math.pi
+
+
 class Kind(NamedTuple):
-    """A physical kind: its name in messages, SI unit, the unit it is shown in, an example, and units in use."""
+    """A physical kind: its name in messages, SI unit, the unit it is shown in, an example, and units in use.
+
+    Those come with what they are in the SI unit, so that reading them does not wait for pint (0.2 s).
+    """
 
     name: str
     si: str
     shown: str
     example: str
-    units: tuple[str, ...]
+    units: tuple[tuple[str, float], ...]
+
+    @property
+    def known(self) -> str:
+        """The units in use, for messages."""
+        return ", ".join(unit for unit, _ in self.units)
 
 
-LENGTH = Kind("a length", "m", "mm", "150 mm", ("m", "mm", "um", "inch"))
-ANGLE = Kind("an angle", "rad", "deg", "12.7 deg", ("deg", "°", "rad", "turn"))
-ANGULAR_RATE = Kind("an angular rate", "rad/s", "deg/s", "1.8 deg/s", ("deg/s", "rad/s", "rpm", "rev/s"))
-FREQUENCY = Kind("a frequency", "Hz", "Hz", "3.3 Hz", ("Hz", "1/s", "rev/s", "rpm"))
-VELOCITY = Kind("a velocity", "m/s", "mm/s", "0.825 mm/s", ("m/s", "mm/s", "mm/min"))
-ACCELERATION = Kind("an acceleration", "m/s^2", "m/s^2", "1 m/s^2", ("m/s^2", "mm/s^2"))
-TIME = Kind("a time", "s", "s", "1800 s", ("s", "ms", "min", "h"))
-FORCE = Kind("a force", "N", "uN", "28.28 uN", ("N", "mN", "uN", "nN"))
-MOMENT = Kind("a magnetic moment", "A m^2", "A m^2", "18.89 A m^2", ("A m^2", "mA m^2", "J/T"))
-REMANENCE = Kind("a flux density", "T", "T", "1.35 T", ("T", "mT", "G"))
-VISCOSITY = Kind("a dynamic viscosity", "Pa s", "Pa s", "1 Pa s", ("Pa s", "mPa s", "P", "cP"))
-DENSITY = Kind("a density", "kg/m^3", "kg/m^3", "971 kg/m^3", ("kg/m^3", "g/cm^3", "g/mL"))
-MASS = Kind("a mass", "kg", "kg", "1.2 kg", ("kg", "g"))
-INERTIA = Kind("a moment of inertia", "kg m^2", "kg m^2", "0.002 kg m^2", ("kg m^2", "g cm^2"))
+LENGTH = Kind("a length", "m", "mm", "150 mm", (("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("inch", 0.0254)))
+ANGLE = Kind("an angle", "rad", "deg", "12.7 deg", (("deg", DEGREE), ("°", DEGREE), ("rad", 1.0), ("turn", TURN)))
+ANGULAR_RATE = Kind(
+    "an angular rate",
+    "rad/s",
+    "deg/s",
+    "1.8 deg/s",
+    (("deg/s", DEGREE), ("rad/s", 1.0), ("rpm", TURN / 60.0), ("rev/s", TURN)),
+)
+FREQUENCY = Kind("a frequency", "Hz", "Hz", "3.3 Hz", (("Hz", 1.0), ("1/s", 1.0), ("rev/s", 1.0), ("rpm", 1.0 / 60.0)))
+VELOCITY = Kind("a velocity", "m/s", "mm/s", "0.825 mm/s", (("m/s", 1.0), ("mm/s", 1e-3), ("mm/min", 1e-3 / 60.0)))
+ACCELERATION = Kind("an acceleration", "m/s^2", "m/s^2", "1 m/s^2", (("m/s^2", 1.0), ("mm/s^2", 1e-3)))
+TIME = Kind("a time", "s", "s", "1800 s", (("s", 1.0), ("ms", 1e-3), ("min", 60.0), ("h", 3600.0)))
+FORCE = Kind("a force", "N", "uN", "28.28 uN", (("N", 1.0), ("mN", 1e-3), ("uN", 1e-6), ("nN", 1e-9)))
+MOMENT = Kind("a magnetic moment", "A m^2", "A m^2", "18.89 A m^2", (("A m^2", 1.0), ("mA m^2", 1e-3), ("J/T", 1.0)))
+REMANENCE = Kind("a flux density", "T", "T", "1.35 T", (("T", 1.0), ("mT", 1e-3), ("G", 1e-4)))
+VISCOSITY = Kind(
+    "a dynamic viscosity", "Pa s", "Pa s", "1 Pa s", (("Pa s", 1.0), ("mPa s", 1e-3), ("P", 0.1), ("cP", 1e-3))
+)
+DENSITY = Kind("a density", "kg/m^3", "kg/m^3", "971 kg/m^3", (("kg/m^3", 1.0), ("g/cm^3", 1e3), ("g/mL", 1e3)))
+MASS = Kind("a mass", "kg", "kg", "1.2 kg", (("kg", 1.0), ("g", 1e-3)))
+INERTIA = Kind("a moment of inertia", "kg m^2", "kg m^2", "0.002 kg m^2", (("kg m^2", 1.0), ("g cm^2", 1e-7)))
 
 # The units understood, in pint's language. A list of our own: it loads in milliseconds, and gives angle a dimension.
 _DEFINITIONS = """
@@ -114,6 +133,13 @@ def _spelled(unit: str) -> str:
 @cache
 def _factor(unit: str, kind: Kind) -> float | str:
     """What one ``unit`` is in the kind's SI unit, or why it is none."""
+    in_use = dict(kind.units)
+    if unit in in_use:
+        return in_use[unit]
+    return _factor_by_pint(unit, kind)
+
+
+def _factor_by_pint(unit: str, kind: Kind) -> float | str:
     import pint
 
     if re.search(r"\*\*\s*[-+]?\d{2,}|\*\*\s*[-+]?\d\s*\*\*", _spelled(unit)):
@@ -124,11 +150,11 @@ def _factor(unit: str, kind: Kind) -> float | str:
         return float(given.to("turn / second" if counts_turns else _spelled(kind.si)).magnitude)
     except pint.DimensionalityError:
         hint = ", which counts turns" if kind is FREQUENCY and _is_rotation(unit) else ""
-        return f"which is not in a unit of {kind.name.partition(' ')[2]}{hint}; it may be {', '.join(kind.units)}"
+        return f"which is not in a unit of {kind.name.partition(' ')[2]}{hint}; it may be {kind.known}"
     except pint.UndefinedUnitError:
-        return f"whose unit '{unit}' is not known; it may be {', '.join(kind.units)}"
+        return f"whose unit '{unit}' is not known; it may be {kind.known}"
     except Exception:  # noqa: BLE001  pint's parser leaks whatever its tokenizer raises; every case is the same bad unit
-        return f"whose unit '{unit}' cannot be read; it may be {', '.join(kind.units)}"
+        return f"whose unit '{unit}' cannot be read; it may be {kind.known}"
 
 
 def _is_rotation(unit: str) -> bool:

@@ -138,7 +138,8 @@ def _observation(entry: Any, context: Any) -> Any:
     try:
         return KINDS.get(str(what), Ending).model_validate(entry, context=context)
     except ValidationError as error:
-        raise InputError(f".observed '{what}': " + "; ".join(_messages(error))) from None
+        problems = "; ".join(_messages(error))
+        raise InputError(f".observed '{what}': {problems}") from None
 
 
 class Candidate(_PlanPart):

@@ -5,10 +5,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from helimag.cli._orbit_reports import files_report, print_files
+from helimag.cli._proof_reports import proof_report
 from helimag.cli._shared import degrees, leading_words, print_json
 
 if TYPE_CHECKING:
     from helimag.orbits import Branch, Orbit
+    from helimag.proof import Proof
     from helimag.scenario import Scenario
 
 Warnings = list[dict[str, Any]]
@@ -35,9 +37,10 @@ def orbit_report(orbit: "Orbit") -> dict[str, Any]:
     }
 
 
-def print_orbit(orbit: "Orbit", warnings: Warnings, json: bool) -> None:
+def print_orbit(orbit: "Orbit", warnings: Warnings, json: bool, proof: "Proof | None" = None) -> None:
+    proved = {} if proof is None else {"proof": proof_report(proof)}
     if json:
-        print_json(orbit_report(orbit) | {"warnings": warnings})
+        print_json(orbit_report(orbit) | proved | {"warnings": warnings})
         return
     print(f"{orbit.scenario.title}: {orbit.text}")
     if orbit.found:
@@ -50,6 +53,8 @@ def print_orbit(orbit: "Orbit", warnings: Warnings, json: bool) -> None:
         circle = f"radius {1e3 * orbit.radius:.2f} mm, " if math.isfinite(orbit.radius) else ""
         print(f"  path          {circle}speed {1e3 * orbit.speed:.3f} mm/s")
         print(f"  place         known to {1e9 * orbit.position_error:.1g} nm in the integration")
+    if proof is not None:
+        print(f"  {'proved' if proof.proved else 'proof':13} {proof.reason} ({proof.seconds:.0f} s)")
 
 
 def _shown(rate: complex) -> str:

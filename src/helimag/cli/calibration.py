@@ -1,5 +1,6 @@
 """The command calibrate, and what simulate says with --ensemble."""
 
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +12,8 @@ from helimag.errors import InputError
 if TYPE_CHECKING:
     from helimag.calibration import Noise, Posterior
     from helimag.scenario import Scenario
+
+DRAWS = 100  # of a prediction where the command does not say
 
 
 def calibrate(
@@ -74,26 +77,34 @@ def _table(fit: "Posterior") -> str:
     return "\n".join(lines)
 
 
-def predict(
-    scenario: "Scenario",
-    fit: Path,
-    *,
-    noise: list[str] | None,
-    displacement: str | None,
-    draws: int,
-    seed: int,
-    device: str,
-    json: bool,
-) -> None:
+@dataclass(frozen=True)
+class DrawOptions:
+    """Options of simulate that go with --ensemble; None where they are left out."""
+
+    noise: list[str] | None
+    displacement: str | None
+    draws: int | None
+    seed: int | None
+
+    def check_unused(self) -> None:
+        """Refuse them without --ensemble."""
+        for field in fields(self):
+            if getattr(self, field.name) is not None:
+                raise InputError(f"--{field.name} goes with --ensemble only")
+
+
+def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: str, json: bool) -> None:
     """What simulate prints with --ensemble."""
     from helimag import calibration
 
     known = calibration.Posterior.load(fit)
+    draws = DRAWS if options.draws is None else options.draws
+    seed = options.seed or 0
     with progress_bar(f"predicting {scenario.title}") as progress:
         found = calibration.predict(
             scenario,
             known,
-            noise=_noise(scenario, noise, displacement),
+            noise=_noise(scenario, options.noise, options.displacement),
             draws=draws,
             seed=seed,
             device=device,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from helimag.cli import orbit_against, orbit_grids
+from helimag.cli import orbit_against, orbit_grids, proofs
 from helimag.cli._found_orbits import print_branches, print_orbit, print_orbits
 from helimag.cli._shared import (
     Changes,
@@ -29,6 +29,7 @@ app.command(orbit_grids.map_, name="map")
 app.command(orbit_grids.flow)
 app.command(orbit_grids.basin)
 app.command(orbit_against.against)
+app.command(proofs.check)
 
 
 @app.default
@@ -40,6 +41,8 @@ def orbit(
     vary: str | None = None,
     start: Annotated[str | None, Parameter(name="--from", allow_leading_hyphen=True)] = None,
     stop: Annotated[str | None, Parameter(name="--to", allow_leading_hyphen=True)] = None,
+    prove: Annotated[bool, Parameter(negative="")] = False,
+    certificate: Path | None = None,
     output: Outputs = None,
     json: Json = False,
 ) -> None:
@@ -55,12 +58,19 @@ def orbit(
         Lowest value of that input, such as "8 deg".
     stop
         Highest value.
+    prove
+        Prove by enclosures that the orbit exists and attracts, for all time: a theorem about the model.
+    certificate
+        Write the certificate of the proof to this file (JSON).
     """
     _check_options(every, vary, start, stop, output)
     check_outputs(output)
+    proofs.check_options(prove, certificate, every or vary is not None)
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
+    if prove:
+        proofs.check_provable(chosen)
     limits = _limits(chosen, vary, start, stop)
     if every:
         with progress_bar(f"searching orbits of {chosen.title}") as progress:
@@ -76,7 +86,7 @@ def orbit(
             result = orbits.find_orbit(chosen, progress=progress)
         warnings = _warnings(chosen, [])
         print_warnings(warnings)
-        print_orbit(result, warnings, json)
+        print_orbit(result, warnings, json, proofs.proved(result, certificate) if prove else None)
         return
     with progress_bar(f"following orbits through {vary}") as progress:
         watch = orbits.Watch(progress)

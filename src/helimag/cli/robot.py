@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
+from helimag.cli import proofs
 from helimag.cli._robot_reports import (
     deviation_data,
     judged,
@@ -77,6 +78,7 @@ def program(
     name: str | None = None,
     accept_unbounded: Annotated[bool, Parameter(negative="")] = False,
     spline: Annotated[bool, Parameter(negative="")] = False,
+    certificate: Path | None = None,
     json: Json = False,
 ) -> None:
     """Write the programme of a scenario: KRL, a RoboDK script, the timed path, the motor's set-points.
@@ -91,6 +93,8 @@ def program(
         Write although the simulated run is not bounded, or the device leaves when it goes on; the header then warns.
     spline
         Write spline motions, in blocks that keep the speed at their points, instead of LIN and CIRC.
+    certificate
+        A proof of the scenario's orbit (helimag orbit ... --prove --certificate); the header names it by its hash.
     """
     from helimag import robot
 
@@ -98,9 +102,12 @@ def program(
         robot.checked_name(name)
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
     robot.feasible_or_refused(plan)
+    proof = None if certificate is None else proofs.checked_for(certificate, plan.scenario)
     with progress_bar(f"simulating {plan.scenario.title}") as progress:
         run = robot.rehearse(plan, progress=progress)
-    written = robot.write_programme(plan, output, run=run, name=name, accept_unbounded=accept_unbounded, spline=spline)
+    written = robot.write_programme(
+        plan, output, run=run, name=name, accept_unbounded=accept_unbounded, spline=spline, certificate=proof
+    )
     if json:
         print_json({"files": [str(path) for path in written], "verdict": str(run.verdict), **robot.report(plan)})
         return

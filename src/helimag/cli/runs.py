@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter, validators
 
+from helimag.cli import proofs
 from helimag.cli._shared import (
     Changes,
     Json,
@@ -19,6 +20,7 @@ from helimag.cli._shared import (
     scenario_from,
     validity_warnings,
 )
+from helimag.cli.calibration import DrawOptions, predict
 from helimag.errors import InputError
 from helimag.outcomes import Future
 
@@ -62,6 +64,7 @@ def simulate(
     duration: str | None = None,
     interval: str | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    method: str = "direct",
     device: str = "cpu",
     orbit: bool = True,
     ensemble: Path | None = None,
@@ -69,6 +72,7 @@ def simulate(
     displacement: str | None = None,
     draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
     seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
+    certificate: Path | None = None,
     json: Json = False,
 ) -> None:
     """Run a scenario, judge it, and say what becomes of it after its horizon.
@@ -81,6 +85,9 @@ def simulate(
         Time between samples in the result, such as "0.1 s".
     output
         Write the trajectory to this netCDF file.
+    method
+        "direct", or "multirevolution": leaps over turns of the magnet where the device keeps in step; faster where
+        runs are long and steady.
     device
         "cpu", or a CUDA device such as "cuda".
     orbit
@@ -96,28 +103,17 @@ def simulate(
         With --ensemble: how many runs; 100 if left out.
     seed
         With --ensemble: of the draws; 0 if left out.
+    certificate
+        A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
+    drawn = DrawOptions(noise, displacement, draws, seed)
     if ensemble is not None:
         if output is not None:
             raise InputError("--output writes one run; with --ensemble use --json")
-        from helimag.cli.calibration import predict
-
         chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
-        predict(
-            chosen,
-            ensemble,
-            noise=noise,
-            displacement=displacement,
-            draws=100 if draws is None else draws,
-            seed=0 if seed is None else seed,
-            device=device,
-            json=json,
-        )
+        predict(chosen, ensemble, drawn, device=device, json=json)
         return
-    only = {"--noise": noise, "--displacement": displacement, "--draws": draws, "--seed": seed}
-    for option, value in only.items():
-        if value is not None:
-            raise InputError(f"{option} goes with --ensemble only")
+    drawn.check_unused()
     from helimag.engine import simulate as run
 
     if output is not None:
@@ -125,8 +121,11 @@ def simulate(
         if output.suffix.lower() not in (".nc", ".nc4", ".h5"):
             raise InputError(f"--output must end in .nc (netCDF, which is HDF5); got '{output}'")
     chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
+    proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
-        trajectory = run(chosen, device=device, progress=progress)
+        trajectory = run(chosen, method=method, device=device, progress=progress)
+    if proof is not None:
+        trajectory = proofs.carried(trajectory, proof)
     if output is not None:
         trajectory.save(output)
     outlook = None
@@ -135,7 +134,7 @@ def simulate(
 
         with progress_bar(f"continuing {chosen.title}") as progress:
             outlook = explain(trajectory, progress=progress)
-    warnings = validity_warnings(trajectory.dataset.attrs)
+    warnings = validity_warnings(trajectory.attributes)
     print_warnings(warnings)
     if json:
         print_json(_report(trajectory) | _outlook_report(outlook) | {"warnings": warnings})
@@ -171,7 +170,7 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "leads": trajectory.leading_end,
         "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
-        "wall_time_s": trajectory.dataset.attrs["wall_time"],
+        "wall_time_s": trajectory.attributes["wall_time"],
     }
 
 

@@ -11,7 +11,8 @@ from helimag.engine.control import Control
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
 from helimag.engine.medium import OPEN_WATER, Medium
-from helimag.engine.methods import DOP853, Method
+from helimag.engine.methods import DOP853, MULTIREVOLUTION, Method
+from helimag.engine.moving import shifted, to_lab, to_moving
 from helimag.engine.packing import (
     initial_gap,
     pack_bodies,
@@ -36,6 +37,7 @@ from helimag.engine.system import (
 __all__ = [
     "DOP853",
     "MAGNET_MODELS",
+    "MULTIREVOLUTION",
     "OPEN_WATER",
     "TOLERANCE",
     "Control",
@@ -59,11 +61,14 @@ __all__ = [
     "pack_drives",
     "pack_magnets",
     "ready",
+    "shifted",
     "simulate",
     "simulate_many",
     "slow_times",
     "start_attitude",
     "start_state",
     "system_of",
+    "to_lab",
+    "to_moving",
     "trajectory_of",
 ]

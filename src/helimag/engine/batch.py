@@ -1,8 +1,10 @@
 """A few runs with the same formulas: packed once, advanced together launch by launch."""
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -11,16 +13,18 @@ from numpy.typing import NDArray
 from helimag.engine.control import Control, pack_controls
 from helimag.engine.events import Bounds, pack_bounds
 from helimag.engine.history import History
-from helimag.engine.loop import Progress, build_advance
+from helimag.engine.loop import build_advance
 from helimag.engine.methods import DOP853, Method
 from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
+from helimag.engine.progress import Progress
 from helimag.engine.samples import Record, Schedule, pack_schedules, sample_times
 from helimag.engine.structures import structs
 from helimag.engine.system import System
+from helimag.engine.turn_memory import pack_memory, remembered
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer
 from helimag.physics.magnetics import FieldSource
-from helimag.scenario import Scenario
+from helimag.scenario import Drive, Scenario
 
 Floats = NDArray[np.float64]
 
@@ -49,8 +53,19 @@ class Stepping:
 
 def started(scenarios: Sequence[Scenario], states: Floats) -> NDArray[np.void]:
     """Where runs stand before their first step, from states (n, 7)."""
-    steps = [FIRST_STEP / abs(scenario.drive.frequency) for scenario in scenarios]
-    return structs(Progress, [{"state": s, "step": h} for s, h in zip(states, steps, strict=True)])
+    rows = [
+        {"state": state, "step": FIRST_STEP / abs(scenario.drive.frequency)}
+        for state, scenario in zip(states, scenarios, strict=True)
+    ]
+    progress: Any = structs(Progress, rows)
+    progress["leap"]["ready"] = [first_leap(scenario.drive) for scenario in scenarios]
+    return np.asarray(progress)
+
+
+def first_leap(drive: Drive) -> float:
+    """When a leap may first be tried (s): never where no frame moves with the drive."""
+    sideways = drive.yaw_rate != 0.0 and any(drive.velocity[:2])
+    return math.inf if drive.path is not None or sideways else 1.0 / abs(drive.frequency)
 
 
 class Batch:
@@ -66,8 +81,8 @@ class Batch:
         (runs,): where each stands, see :func:`started` and :attr:`History.progress`.
     settings
         How they are advanced.
-    records
-        What was recorded of each before, where they go on.
+    records, memories
+        What was recorded of each before, and what it remembers, where they go on.
     """
 
     def __init__(
@@ -77,6 +92,7 @@ class Batch:
         progress: NDArray[np.void],
         settings: Stepping,
         records: Sequence[NDArray[np.void]] = (),
+        memories: Sequence[dict[str, Floats]] = (),
     ) -> None:
         self.scenarios = scenarios
         self._device = settings.device
@@ -101,6 +117,10 @@ class Batch:
         for run, known in enumerate(records):
             if known.size:
                 self._records[run, : known.size].assign(known)
+        kept = memories or [{}] * len(scenarios)
+        self._leaps = settings.method.leaps
+        self._memory = pack_memory(kept if self._leaps else (), settings.device)
+        self._memories = list(kept)  # as of the last launch, likewise
         self._stand = progress.copy()  # as of the last launch; replaced as a whole, so that other threads may read it
 
     @property
@@ -117,8 +137,10 @@ class Batch:
     def launch(self, budget: int) -> float:
         """Let each run try up to ``budget`` steps; how long that took (s)."""
         begun = time.perf_counter()
-        inputs = [*self._inputs, budget, self._progress, self._records]
+        inputs = [*self._inputs, budget, self._progress, self._records, self._memory]
         wp.launch(self._kernel, dim=len(self.scenarios), inputs=inputs, device=self._device)
+        if self._leaps:
+            self._memories = [remembered(self._memory, run) for run in range(len(self.scenarios))]
         self._stand = self._progress.numpy().copy()
         return time.perf_counter() - begun
 
@@ -142,4 +164,5 @@ class Batch:
             rejected=int(stand["rejected"]),
             wall_time=wall_time,
             progress=stand.copy(),
+            memory=self._memories[run],
         )

@@ -35,7 +35,9 @@ class History:
     wall_time
         Share of the batch's time that fell to this run, s.
     progress
-        All that is needed to go on.
+        All that is needed to go on; ``memory`` with it, where the method leaps over turns.
+    memory
+        What is remembered of turns that were followed, see :class:`helimag.engine.turn_memory.Memory`.
     """
 
     scenario: Scenario
@@ -46,6 +48,7 @@ class History:
     rejected: int
     wall_time: float
     progress: np.void = field(repr=False)
+    memory: dict[str, Floats] = field(repr=False, default_factory=dict)
 
     @property
     def states(self) -> Floats:
@@ -56,6 +59,12 @@ class History:
     def slips(self) -> Floats:
         """Turns slipped against the field up to each sample: (n,)."""
         return self.records["slips"].astype(np.float64)
+
+    @property
+    def leapt(self) -> float:
+        """Share of the run's turns of the magnet that it was taken over by leaps."""
+        turns = float(self.time[-1]) * abs(self.scenario.drive.frequency)
+        return float(self.progress["leap"]["turns"]) / turns if turns > 0.0 else 0.0
 
     @property
     def heights(self) -> Heights:

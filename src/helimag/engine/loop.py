@@ -10,22 +10,17 @@ import warp as wp
 
 from helimag.engine.control import Control, build_rescaled
 from helimag.engine.events import Bounds, clearance
+from helimag.engine.leaping import TURN_STEPS, build_tried, leaps_hold, watched
 from helimag.engine.methods import Method
-from helimag.engine.samples import (
-    Record,
-    Schedule,
-    Statistics,
-    record_of,
-    sample_time,
-    statistics_from,
-    statistics_with,
-)
-from helimag.engine.synchrony import Synchrony, lag_vector, synchrony_with
+from helimag.engine.progress import Progress
+from helimag.engine.samples import Record, Schedule, record_of, sample_time, statistics_from, statistics_with
+from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates
-from helimag.engine.touches import Touches, touches_with
+from helimag.engine.touches import touches_with
+from helimag.engine.turn_memory import Memory
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer, moment_of
-from helimag.physics.kinematics import State, head_position, rotation_matrix
+from helimag.physics.kinematics import State, attack_angle, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -35,22 +30,6 @@ SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that
 EVENT_TIME = wp.constant(wp.float64(1e-6))  # s; events are located to this
 TAKEN, REJECTED, LOCATING = (wp.constant(i) for i in range(3))  # what became of a trial step
 RUNNING, HORIZON, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, End.HORIZON, End.NOT_FINITE))
-
-
-@wp.struct
-class Progress:
-    """Where one run stands between launches."""
-
-    time: wp.float64
-    step: wp.float64
-    state: State
-    status: wp.int32
-    sample: wp.int32  # the next to be recorded
-    steps: wp.int64
-    rejected: wp.int64
-    synchrony: Synchrony
-    statistics: Statistics
-    touches: Touches
 
 
 @cache
@@ -109,13 +88,48 @@ def build_attempt(system: System, method: Method) -> wp.Function:
     return attempt
 
 
+@wp.func
+def after_step(before: Progress, dt: wp.float64, t: wp.float64, new: State, lag: wp.vec2d) -> Progress:
+    """The progress after a step of ``dt`` (s) to ``new`` at ``t``."""
+    p = before
+    p.synchrony = synchrony_with(p.synchrony, lag)
+    p.statistics = statistics_with(p.statistics, dt, new[2], attack_angle(new))
+    p.time = t
+    p.state = new
+    p.steps += wp.int64(1)
+    return p
+
+
+@wp.func
+def after_rejection(before: Progress) -> Progress:
+    """The progress after a step that was not taken, with the one to try next in it."""
+    p = before
+    p.rejected += wp.int64(1)
+    if p.step < SHORTEST:
+        p.status = NOT_FINITE
+    return p
+
+
+@wp.func
+def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
+    """The progress once the sample that is due, or the run's end, is recorded."""
+    p = before
+    records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips, p.touches.lately)
+    p.statistics = statistics_from(p.time, p.state)
+    p.touches.lately = wp.int32(0)
+    p.sample += 1
+    if p.status == RUNNING and p.time >= schedule.duration:
+        p.status = HORIZON
+    return p
+
+
 @cache
 def build_advance(system: System, method: Method) -> wp.Kernel:
     """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
     drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)
-    touched = system.medium.touched
-    watched = touched is not None
+    leaping, touched = method.leaps and leaps_hold(system), system.medium.touched
+    tried, touching = build_tried(system) if leaping else None, touched is not None
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
@@ -129,6 +143,7 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
         budget: int,
         progress: wp.array(dtype=Progress),
         records: wp.array2d(dtype=Record),
+        memory: Memory,
     ):
         run = wp.tid()
         p = progress[run]
@@ -140,34 +155,32 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
             p.statistics = statistics_from(p.time, p.state)
         left = int(budget)
         while left > 0 and p.status == RUNNING:
+            waits = True
+            if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
+                if p.time >= p.leap.ready:
+                    p = tried(body, here, drive, magnets[run], control, bound, schedule, memory, run, p, records)
+                    here = local(around, head_position(p.state), rotation_matrix(p.state))
+                    k0 = rates(body, here, drive, magnets[run], p.time, p.state)
+                    left -= TURN_STEPS
+                    waits = p.time < p.leap.ready
             end = sample_time(schedule, p.sample)
-            if p.time < end:
+            if waits and p.time < end:
                 outcome, dt, t, step, new, here, k0, lag, status = attempt(
                     body, around, here, drive, magnets[run], control, bound, end, p.time, p.step, p.state, k0
                 )
                 p.step = step
                 p.status = status
                 if outcome == TAKEN:
-                    p.synchrony = synchrony_with(p.synchrony, lag)
-                    p.statistics = statistics_with(p.statistics, dt, p.state, new)
-                    p.time = t
-                    p.state = new
-                    if wp.static(watched):
+                    p = after_step(p, dt, t, new, lag)
+                    if wp.static(touching):
                         p.touches = touches_with(p.touches, touched(here, new, k0), t, dt)
-                    p.steps += wp.int64(1)
+                    if wp.static(leaping):
+                        p.leap = watched(p.leap, drive.spin_rate, t, lag)
                 elif outcome == REJECTED:
-                    p.rejected += wp.int64(1)
-                    if p.step < SHORTEST:
-                        p.status = NOT_FINITE
+                    p = after_rejection(p)
                 left -= 1
             if p.time >= end or p.status != RUNNING:
-                records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips, p.touches.lately)
-                p.statistics = statistics_from(p.time, p.state)
-                if wp.static(watched):
-                    p.touches.lately = wp.int32(0)
-                p.sample += 1
-                if p.status == RUNNING and p.time >= schedule.duration:
-                    p.status = HORIZON
+                p = recorded(p, schedule, run, records)
         progress[run] = p
 
     return advance

@@ -5,21 +5,22 @@ coefficients are SciPy's.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
-from scipy.integrate import DOP853 as TABLEAU
 
+from helimag.engine import tableau
 from helimag.engine.control import Control, scaled_square
 from helimag.engine.system import System, build_rates
+from helimag.errors import InputError
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State, normalized
 from helimag.physics.magnetics import FieldSource
 
-STAGES = TABLEAU.n_stages
+STAGES = tableau.STAGES
 LOW_SHARE = wp.constant(wp.float64(0.01))  # of the order-3 estimate in DOP853's blend
 COMPONENTS = wp.constant(wp.float64(7.0))
 ZERO = wp.constant(wp.float64(0.0))
@@ -47,6 +48,8 @@ class Method:
         Share of the step that would just meet the tolerance to try next.
     growth
         By how much a step may be longer than the one before.
+    leaps
+        Whether runs leap over turns of the magnet where that holds, see :mod:`helimag.engine.leaping`.
     """
 
     name: str
@@ -54,6 +57,7 @@ class Method:
     build: Callable[[System], wp.Function]
     safety: float = SAFETY
     growth: float = GROWTH
+    leaps: bool = False
 
 
 def weighted_sum(weights: NDArray[np.float64]) -> wp.Function:
@@ -86,9 +90,9 @@ def blended_error(low: State, high: State, h: wp.float64, control: Control) -> w
 def build_dop853(system: System) -> wp.Function:
     """Make DOP853's step for a system."""
     rates, drive_type, here_type = build_rates(system), system.drive_type, system.medium.here_type
-    argument = [None] + [weighted_sum(TABLEAU.A[i, :i]) for i in range(1, STAGES)]
-    times = [wp.float64(float(c)) for c in TABLEAU.C]
-    result, low, high = (weighted_sum(weights) for weights in (TABLEAU.B, TABLEAU.E3[:STAGES], TABLEAU.E5[:STAGES]))
+    argument = [None] + [weighted_sum(tableau.A[i, :i]) for i in range(1, STAGES)]
+    times = [wp.float64(float(c)) for c in tableau.C]
+    result, low, high = (weighted_sum(weights) for weights in (tableau.B, tableau.E3[:STAGES], tableau.E5[:STAGES]))
 
     @wp.func
     def trial(
@@ -113,3 +117,18 @@ def build_dop853(system: System) -> wp.Function:
 
 
 DOP853 = Method("DOP853", 8, build_dop853)
+MULTIREVOLUTION = replace(DOP853, name="DOP853, multi-revolution", leaps=True)
+METHODS = {"direct": DOP853, "multirevolution": MULTIREVOLUTION}
+
+
+def method_named(name: str) -> Method:
+    """A method by the name that users give it.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+    """
+    if name not in METHODS:
+        raise InputError(f"method must be one of {', '.join(METHODS)}; got '{name}'")
+    return METHODS[name]

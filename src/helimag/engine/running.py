@@ -39,11 +39,12 @@ class _Job:
     scenarios: list[Scenario]
     progress: NDArray[np.void]
     records: list[NDArray[np.void]]
+    memories: list[dict[str, Floats]]
     batch: Batch | None = None
 
     def advance(self, settings: Stepping, stop: threading.Event) -> None:
         """Take the runs to their ends, or to where they are when told to stop."""
-        self.batch = Batch(self.system, self.scenarios, self.progress, settings, self.records)
+        self.batch = Batch(self.system, self.scenarios, self.progress, settings, self.records, self.memories)
         budget = FIRST_BUDGET
         while self.batch.running and not stop.is_set():
             took = self.batch.launch(budget)
@@ -216,7 +217,8 @@ def _jobs(
                 if history is not None:
                     progress[run] = history.progress
             records = [np.zeros(0, np.void) if history is None else history.records for history in known]
-            jobs.append(_Job(system, part, batch, progress, records))
+            memories = [{} if history is None else history.memory for history in known]
+            jobs.append(_Job(system, part, batch, progress, records, memories))
     return jobs
 
 

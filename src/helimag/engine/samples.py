@@ -57,6 +57,7 @@ class Statistics:
     attack: wp.float64
     square: wp.float64
     begin: wp.float64
+    last_height: wp.float64
     last_attack: wp.float64
 
 
@@ -78,6 +79,7 @@ class Record:
 def statistics_from(t: wp.float64, state: State) -> Statistics:
     """Statistics of an interval that begins at ``t``."""
     stats = Statistics()
+    stats.last_height = state[2]
     stats.last_attack = attack_angle(state)
     stats.low = state[2]
     stats.high = state[2]
@@ -86,16 +88,16 @@ def statistics_from(t: wp.float64, state: State) -> Statistics:
 
 
 @wp.func
-def statistics_with(stats: Statistics, dt: wp.float64, old: State, new: State) -> Statistics:
-    """The statistics with one more step in them."""
+def statistics_with(stats: Statistics, dt: wp.float64, height: wp.float64, attack: wp.float64) -> Statistics:
+    """The statistics with one more step in them, which ended at this height (m) and attack angle (rad)."""
     a = stats.last_attack
-    b = attack_angle(new)
-    stats.last_attack = b
-    stats.low = wp.min(stats.low, new[2])
-    stats.high = wp.max(stats.high, new[2])
-    stats.height += HALF * dt * (old[2] + new[2])
-    stats.attack += HALF * dt * (a + b)
-    stats.square += HALF * dt * (a * a + b * b)
+    stats.low = wp.min(stats.low, height)
+    stats.high = wp.max(stats.high, height)
+    stats.height += HALF * dt * (stats.last_height + height)
+    stats.attack += HALF * dt * (a + attack)
+    stats.square += HALF * dt * (a * a + attack * attack)
+    stats.last_height = height
+    stats.last_attack = attack
     return stats
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from helimag.checks import cautions
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
+from helimag.engine.methods import method_named
 from helimag.engine.observe import observed
 from helimag.engine.running import advance
 from helimag.errors import RunError
@@ -29,6 +30,7 @@ def simulate(
     interval: float | str | None = None,
     initial_state: Floats | None = None,
     tolerance: float = TOLERANCE,
+    method: str = "direct",
     device: str = "cpu",
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
@@ -44,6 +46,9 @@ def simulate(
         (7,): head position (m) and quaternion w, x, y, z; default the scenario's start.
     tolerance
         Of one step, see :func:`advance`.
+    method
+        ``"direct"``, or ``"multirevolution"``: leaps over turns of the magnet where the device keeps in step and
+        nothing is near, see :mod:`helimag.engine.leaps`.
     device
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     progress
@@ -63,6 +68,7 @@ def simulate(
         [scenario.replaced(given) if given else scenario],
         initial_states=states,
         tolerance=tolerance,
+        method=method_named(method),
         device=device,
         progress=progress,
     )
@@ -74,6 +80,7 @@ def simulate_many(
     *,
     initial_states: Floats | None = None,
     tolerance: float = TOLERANCE,
+    method: str = "direct",
     device: str = "cpu",
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -88,6 +95,9 @@ def simulate_many(
         (runs, 7): head position (m) and quaternion w, x, y, z; default each scenario's start.
     tolerance
         Of one step, see :func:`advance`.
+    method
+        ``"direct"``, or ``"multirevolution"``: leaps over turns of the magnet where the device keeps in step and
+        nothing is near, see :mod:`helimag.engine.leaps`.
     device
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     threads
@@ -106,6 +116,7 @@ def simulate_many(
         scenarios,
         initial_states=initial_states,
         tolerance=tolerance,
+        method=method_named(method),
         device=device,
         threads=threads,
         progress=progress,
@@ -156,12 +167,23 @@ def trajectory_of(history: History) -> Trajectory:
             "scenario_hash": scenario.hash,
             "versions": versions(),
             "validity_warnings": json.dumps([caution.as_dict() for caution in cautions([scenario])]),
-            "integrator": "DOP853, adaptive",
+            **_engine_of(history),
             "steps": history.steps,
             "rejected_steps": history.rejected,
             "wall_time": history.wall_time,
         },
     )
+
+
+def _engine_of(history: History) -> dict[str, object]:
+    """What took the run's steps: where it leapt over turns, over what share of them, and how many it followed."""
+    if not history.leapt:
+        return {"integrator": "DOP853, adaptive"}
+    return {
+        "integrator": "DOP853, adaptive; multi-revolution where the device keeps in step",
+        "share_of_turns_leapt_over": history.leapt,
+        "turns_followed_for_leaps": int(history.progress["leap"]["followed"]),
+    }
 
 
 def _contacts(history: History) -> dict[str, Floats]:

@@ -56,7 +56,7 @@ from helimag.orbits.datasets import (
     map_dataset,
     save_dataset,
 )
-from helimag.orbits.strobe import Floats, Orbit, Watch, chart, find_orbit, find_orbits, list_orbits
+from helimag.orbits.strobe import Floats, Orbit, Watch, chart, find_orbit, find_orbits, list_orbits, open_water
 from helimag.outcomes import Future, OrbitStatus, Why
 
 __all__ = [
@@ -111,6 +111,7 @@ __all__ = [
     "map_dataset",
     "map_of",
     "observed_growth",
+    "open_water",
     "save_dataset",
     "seeds_within",
     "slow_flow",

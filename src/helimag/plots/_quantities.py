@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.runs.gain import Judgement
 from helimag.runs.trajectory import Trajectory
-from helimag.scenario import Input, Scenario, parse
+from helimag.scenario import Scenario, parse
 
 Floats = NDArray[np.float64]
 
@@ -77,18 +77,6 @@ def shown(trajectory: Trajectory) -> Shown:
         judgement=judgement,
         verdict=verdict,
     )
-
-
-def inputs_of(scenario: Scenario) -> str:
-    """What the drive does, as a line: frequency, pitch, distance, and how the magnet moves."""
-    drive = scenario.drive
-    if drive.path is not None:
-        names = ["frequency"]
-    else:
-        names = ["frequency", "pitch", "distance", "yaw_rate", *(["speed"] if any(drive.velocity) else [])]
-    inputs = [Input(f"drive.{name}") for name in names]
-    told = [f"{given.name} {given.show(scenario, given.value(scenario))}" for given in inputs]
-    return ", ".join([*told, *(["magnet along a path of samples"] if drive.path is not None else [])])
 
 
 def _attack(mean: Floats | None, square: Floats | None, sampled: Floats | None) -> tuple[Floats | None, Floats | None]:

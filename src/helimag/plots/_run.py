@@ -9,9 +9,10 @@ from matplotlib.figure import Figure, SubFigure
 
 from helimag.plots import _series as series
 from helimag.plots._path import draw_path
-from helimag.plots._quantities import Shown, inputs_of, shown, slipping_spans, touching_spans
+from helimag.plots._quantities import Shown, shown, slipping_spans, touching_spans
 from helimag.plots._style import FULL_WIDTH, MM, styled
 from helimag.runs.trajectory import Trajectory
+from helimag.scenario import drive_inputs
 
 HEAD_HEIGHT = 17.0 * MM
 PANEL_HEIGHT = 26.0 * MM
@@ -93,7 +94,7 @@ def _draw_series(figure: SubFigure, panels: list[Callable[[Axes, Shown], None]],
 
 def _title(run: Shown) -> str:
     """Inputs, verdict and gain."""
-    lines = [*([] if run.scenario is None else [inputs_of(run.scenario)]), run.verdict]
+    lines = [*([] if run.scenario is None else [drive_inputs(run.scenario)]), run.verdict]
     if run.judgement is not None:
         judgement = run.judgement
         ratio = f"{1e3 * judgement.output:.1f} mm / {1e3 * judgement.input:.1f} mm"

@@ -21,7 +21,7 @@ from helimag.robot.arm import (
 from helimag.robot.jitter import Jitter, load_jitter, measured_jitter, study
 from helimag.robot.krl import Deviation, Playback, checked_name, deviation, krl_texts, play, write_krl
 from helimag.robot.logs import Log, log_of_playback, read_log, replayed
-from helimag.robot.programme import feasible_or_refused, write_programme
+from helimag.robot.programme import feasible_or_refused, programme_texts, write_programme
 from helimag.robot.rehearsal import as_programmed, rehearse
 from helimag.robot.report import report, with_unwinding
 from helimag.robot.timed import timed_table
@@ -55,6 +55,7 @@ __all__ = [
     "measured_jitter",
     "plan",
     "play",
+    "programme_texts",
     "read_log",
     "rehearse",
     "replayed",

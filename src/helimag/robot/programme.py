@@ -9,6 +9,7 @@ from pathlib import Path
 
 from helimag.errors import FileError, InputError, NotFeasible
 from helimag.files import csv_text, replacing
+from helimag.proof import Certificate, line, require_covered
 from helimag.robot.arm.cell import Cell
 from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.krl.comparison import Deviation, deviation
@@ -30,6 +31,7 @@ def write_programme(
     name: str | None = None,
     accept_unbounded: bool = False,
     spline: bool = False,
+    certificate: Certificate | None = None,
 ) -> list[Path]:
     """Write the programme of a plan: KRL, RoboDK script, timed path, motor set-points. Returns the paths written.
 
@@ -45,6 +47,9 @@ def write_programme(
         carries a warning.
     spline
         Write spline motions, in blocks that keep the speed at their points, instead of LIN and CIRC.
+    certificate
+        A proof of the scenario's orbit, which the header then names by its hash. One of another scenario is refused, as
+        is one for a programme with unwindings, which no theorem about an even drive covers.
 
     Raises
     ------
@@ -56,7 +61,9 @@ def write_programme(
     FileError
         Where a file cannot be written.
     """
-    texts = programme_texts(plan, run=run, name=name, accept_unbounded=accept_unbounded, spline=spline)
+    texts = programme_texts(
+        plan, run=run, name=name, accept_unbounded=accept_unbounded, spline=spline, certificate=certificate
+    )
     return _write(Path(folder), texts)
 
 
@@ -67,10 +74,12 @@ def programme_texts(
     name: str | None = None,
     accept_unbounded: bool = False,
     spline: bool = False,
+    certificate: Certificate | None = None,
 ) -> dict[str, str]:
     """The files of a programme as texts by file name; parameters and errors as for :func:`write_programme`."""
     name = name_for(plan.scenario.name) if name is None else checked_name(name)
     feasible_or_refused(plan)
+    proof = [] if certificate is None else [_proof_line(plan, certificate)]
     judged = gate(plan, rehearse(plan) if run is None else checked_run(plan, run))
     if not judged.passes and not accept_unbounded:
         raise InputError(
@@ -78,7 +87,7 @@ def programme_texts(
             "(--accept-unbounded)"
         )
     warning = [] if judged.passes else [f"WARNING: NOTHING SHOWS THAT THE DEVICE STAYS. {judged.objection}"]
-    header = [*warning, *_header(plan, judged)]
+    header = [*warning, *_header(plan, judged), *proof]
     src, dat = write_krl(plan, name, header, spline=spline)
     found = deviation(plan, play(src, dat, plan.cell.arm, inputs=plan.cell.inputs))
     if not found.acceptable:
@@ -104,6 +113,16 @@ def feasible_or_refused(plan: ArmPlan) -> None:
     """Raise NotFeasible where the arm cannot run a plan, saying when, which joint and what value, and what to do."""
     if plan.offence is not None:
         raise NotFeasible(f"the arm cannot run '{plan.scenario.title}': {plan.offence}; {'; or '.join(remedies(plan))}")
+
+
+def _proof_line(plan: ArmPlan, certificate: Certificate) -> str:
+    """What the header says of a proof of the plan's orbit."""
+    if plan.unwindings:
+        raise InputError(
+            "a certificate covers an even drive; this programme stops to turn axis 6 back: leave the certificate out"
+        )
+    require_covered(certificate, plan.scenario)
+    return line(certificate)
 
 
 def cell_hash(cell: Cell) -> str:

@@ -1,14 +1,16 @@
 """A run, simulated or measured: labelled arrays with units and provenance, in and out of netCDF."""
 
 import json
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.notebook import summary
 from helimag.outcomes import End, Limit, Verdict, cf_masks
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.heights import Heights, SlowTimes
@@ -56,6 +58,35 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 }
 
 
+class Unlabelled(dict[str, Floats]):
+    """A run's arrays by name, and its attributes: a dataset before xarray, whose import takes 0.3 s, has seen it."""
+
+    def __init__(self, arrays: Mapping[str, Floats], attrs: Mapping[str, Any]) -> None:
+        super().__init__(arrays)
+        self.attrs = dict(attrs)
+
+
+def _labelled(columns: Unlabelled) -> "xarray.Dataset":
+    """The columns with axes, units and meanings."""
+    import xarray
+
+    coordinates = {
+        "time": ("time", columns["time"], {"units": "s", "long_name": "time since the start"}),
+        "axis": ["x", "y", "z"],
+        "component": ["w", "x", "y", "z"],
+    }
+    data = {
+        name: (VARIABLES[name][0], values, {"units": VARIABLES[name][1], "long_name": VARIABLES[name][2]})
+        for name, values in columns.items()
+        if name != "time"
+    }
+    dataset = xarray.Dataset(data, coordinates, columns.attrs)
+    if "walls" in columns:
+        dataset = dataset.assign_coords(wall=[str(wall) for wall in Limit])
+        dataset["walls"].attrs |= cf_masks(Limit)
+    return dataset
+
+
 class Trajectory:
     """A run as a labelled dataset, with its gain and verdict. Treat it as frozen.
 
@@ -65,32 +96,32 @@ class Trajectory:
         At least ``time`` (s) and ``position`` (m), and the attributes ``initial_gap`` (m) and ``end``.
     """
 
-    def __init__(self, dataset: "xarray.Dataset") -> None:
+    def __init__(self, dataset: "xarray.Dataset | Unlabelled") -> None:
         missing = [name for name in ("time", "position") if name not in dataset]
         missing += [name for name in ("initial_gap", "end") if name not in dataset.attrs]
         if missing:
             raise InputError(f"a trajectory needs {', '.join(missing)}")
-        self.dataset = dataset
+        self._given = dataset
 
     @classmethod
     def from_arrays(cls, time: Floats, variables: dict[str, Floats], attributes: dict[str, object]) -> Self:
-        """Build from plain arrays named as in ``VARIABLES`` (SI), labelling axes, units and meanings."""
-        import xarray
+        """Build from plain arrays named as in ``VARIABLES`` (SI); axes, units and meanings are labelled when asked."""
+        return cls(Unlabelled({"time": time, **variables}, {"Conventions": "CF-1.11", **attributes}))
 
-        coordinates = {
-            "time": ("time", time, {"units": "s", "long_name": "time since the start"}),
-            "axis": ["x", "y", "z"],
-            "component": ["w", "x", "y", "z"],
-        }
-        data = {
-            name: (VARIABLES[name][0], values, {"units": VARIABLES[name][1], "long_name": VARIABLES[name][2]})
-            for name, values in variables.items()
-        }
-        dataset = xarray.Dataset(data, coordinates, {"Conventions": "CF-1.11", **attributes})
-        if "walls" in variables:
-            dataset = dataset.assign_coords(wall=[str(wall) for wall in Limit])
-            dataset["walls"].attrs |= cf_masks(Limit)
-        return cls(dataset)
+    @cached_property
+    def dataset(self) -> "xarray.Dataset":
+        """The run as labelled arrays."""
+        return _labelled(self._given) if isinstance(self._given, Unlabelled) else self._given
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Name, source, scenario and what else goes with the whole run, as in ``dataset.attrs``."""
+        return self._held.attrs
+
+    @property
+    def _held(self) -> "xarray.Dataset | Unlabelled":
+        """What the run is read from: once there is a dataset, from that, which its user may have changed."""
+        return self.dataset if "dataset" in self.__dict__ else self._given
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -150,8 +181,8 @@ class Trajectory:
             attack=self._values("attack_mean", attack),
             attack_square=self._values("attack_mean_square", attack**2),
             slips=int(slips[-1]) if slips.size else 0,
-            initial_gap=float(self.dataset.attrs["initial_gap"]),
-            end=End.of(self.dataset.attrs["end"]),
+            initial_gap=float(self.attributes["initial_gap"]),
+            end=End.of(self.attributes["end"]),
             slow=self._slow_times,
             touches=self.touches,
         )
@@ -159,7 +190,7 @@ class Trajectory:
     @property
     def touches(self) -> tuple[Touch, ...]:
         """Contacts with each wall that held the device; none where walls stop a run."""
-        if "contact_count" not in self.dataset:
+        if "contact_count" not in self._held:
             return ()
         names = ("count", "first", "last", "total")
         return touches_from({name: self._values(f"contact_{name}") for name in names})
@@ -167,7 +198,7 @@ class Trajectory:
     @property
     def _slow_times(self) -> SlowTimes | None:
         """Those of the scenario, where they are known."""
-        fold, lap = (self.dataset.attrs.get(name) for name in ("fold_time", "lap_time"))
+        fold, lap = (self.attributes.get(name) for name in ("fold_time", "lap_time"))
         return None if fold is None else SlowTimes(lap=None if lap is None else float(lap), fold=float(fold))
 
     @cached_property
@@ -192,17 +223,30 @@ class Trajectory:
     @property
     def scenario_toml(self) -> str | None:
         """The scenario that was run, as TOML; None for a measured run without one."""
-        text = self.dataset.attrs.get("scenario")
+        text = self.attributes.get("scenario")
         return None if text is None else str(text)
 
     def _values(self, name: str, otherwise: Floats | None = None) -> Floats:
-        if name not in self.dataset and otherwise is not None:
+        held = self._held
+        if name not in held and otherwise is not None:
             return otherwise
-        return np.asarray(self.dataset[name].values, dtype=np.float64)
+        return np.asarray(held[name], dtype=np.float64)
 
     def __repr__(self) -> str:
         judgement = self.judgement
-        return f"<Trajectory {self.dataset.attrs.get('name', '')}: gain {judgement.gain:.3f}, {judgement.reason}>"
+        return f"<Trajectory {self.attributes.get('name', '')}: gain {judgement.gain:.3f}, {judgement.reason}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the judgement; the arrays are in ``dataset``."""
+        judgement = self.judgement
+        told = {
+            "verdict": f"{judgement.verdict}: {judgement.reason}",
+            "gain": f"{judgement.gain:.3f} (y {1e3 * judgement.output:.2f} mm, u {1e3 * judgement.input:.2f} mm)",
+            "leads": self.leading_end,
+            "source": str(self.attributes.get("source", "unknown")),
+            "scenario": str(self.attributes.get("scenario_hash", "unknown"))[:12],
+        }
+        return summary(str(self.attributes.get("name", "a run")), told)
 
 
 def versions() -> str:

@@ -31,7 +31,7 @@ from helimag.scenario._files import load, parse, preset_names
 from helimag.scenario._path import Path
 from helimag.scenario._scenario import MARKS, Scenario, messages, validated
 from helimag.scenario._surroundings import PAPER_TANK, Drive, Fluid, Magnet, Run, Walls, Workspace
-from helimag.scenario.inputs import Input, check_apart, scalar_inputs, varied
+from helimag.scenario.inputs import Input, check_apart, drive_inputs, scalar_inputs, varied
 from helimag.scenario.parameters import Parameters
 from helimag.scenario.priors import LogUniform, Normal, Prior, Uniform
 
@@ -72,6 +72,7 @@ __all__ = [
     "Weight",
     "Workspace",
     "check_apart",
+    "drive_inputs",
     "load",
     "messages",
     "parse",

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from helimag import quantities as q
 from helimag.errors import InputError
+from helimag.notebook import summary
 from helimag.scenario._device import Device, Part
 from helimag.scenario._leaves import leaf, nowhere
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Workspace
@@ -86,6 +87,19 @@ class Scenario(Part):
         'paper/fig3c, drive.pitch 15 deg'
         """
         return titled(self, self.__dict__.get(ORIGIN))
+
+    def __repr__(self) -> str:
+        from helimag.scenario.inputs import drive_inputs
+
+        return f"<Scenario {self.title}: {drive_inputs(self)}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what is driven, how, and where its values come from."""
+        from helimag.scenario.inputs import drive_inputs
+
+        sources = {mark: ", ".join(k for k, v in self.provenance.items() if v.startswith(f"{mark}:")) for mark in MARKS}
+        told = {"drive": drive_inputs(self), "hash": self.hash[:12]}
+        return summary(self.title, told | {mark: paths for mark, paths in sources.items() if paths})
 
     def replaced(self, changes: Mapping[str, object]) -> "Scenario":
         """Copy with fields changed, each named by its dotted path, such as ``{"drive.pitch": "15 deg"}``.

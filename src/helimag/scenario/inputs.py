@@ -269,3 +269,15 @@ def _instead(found: Leaf, path: str) -> str:
     if not below:
         return "it is text" if isinstance(found.value, str) else "there is no single number in it"
     return f"vary one of {', '.join(below[:MOST_NAMED])}" + (" ..." if len(below) > MOST_NAMED else "")
+
+
+def drive_inputs(scenario: Scenario) -> str:
+    """What the drive does, as a line: frequency, pitch, distance, and how the magnet moves."""
+    drive = scenario.drive
+    if drive.path is not None:
+        names = ["frequency"]
+    else:
+        names = ["frequency", "pitch", "distance", "yaw_rate", *(["speed"] if any(drive.velocity) else [])]
+    inputs = [Input(f"drive.{name}") for name in names]
+    told = [f"{given.name} {given.show(scenario, given.value(scenario))}" for given in inputs]
+    return ", ".join([*told, *(["magnet along a path of samples"] if drive.path is not None else [])])

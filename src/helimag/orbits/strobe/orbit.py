@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.geometry import long_axes, magnet_start
+from helimag.notebook import summary
 from helimag.outcomes import OrbitStatus
 from helimag.runs import leading_end
 from helimag.scenario import Scenario
@@ -134,6 +135,11 @@ class Orbit:
 
     def __repr__(self) -> str:
         return f"<Orbit {self.scenario.title}: {self.text}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks."""
+        stable = {"stable": "yes" if self.stable else "no", "leads": self.leading_end} if self.found else {}
+        return summary(f"Orbit of {self.scenario.title}", {"found": self.text, **stable})
 
 
 def describe_rates(rates: Complexes, most: int = 2) -> str:

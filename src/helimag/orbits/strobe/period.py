@@ -8,13 +8,12 @@ from functools import cache
 
 import warp as wp
 
-from helimag.engine import Control, Method, System, build_balance, build_load, lag_vector
+from helimag.engine import Control, Method, System, build_balance, build_load, lag_vector, shifted, to_lab, to_moving
 from helimag.physics.balance import Swimmer, moment_of
-from helimag.physics.kinematics import ArmMotion, State, attack_angle, head_position, rotation_matrix, rpm_pose, turn_z
+from helimag.physics.kinematics import ArmMotion, State, attack_angle, head_position, rotation_matrix, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
 ZERO = wp.constant(wp.float64(0.0))
-HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
 
 
@@ -38,40 +37,6 @@ class Passage:
     steps: wp.int32
     begin: wp.float64  # s
     end: wp.float64  # s
-
-
-@wp.func
-def turned(state: State, angle: wp.float64) -> State:
-    """The state seen after rotating position and body about the lab's z axis by ``angle``."""
-    p = turn_z(head_position(state), wp.cos(angle), wp.sin(angle))
-    c = wp.cos(HALF * angle)
-    s = wp.sin(HALF * angle)
-    return State(
-        p[0],
-        p[1],
-        p[2],
-        c * state[3] - s * state[6],
-        c * state[4] - s * state[5],
-        c * state[5] + s * state[4],
-        c * state[6] + s * state[3],
-    )
-
-
-@wp.func
-def shifted(state: State, by: wp.vec3d) -> State:
-    return State(state[0] + by[0], state[1] + by[1], state[2] + by[2], state[3], state[4], state[5], state[6])
-
-
-@wp.func
-def to_lab(drive: ArmMotion, t: wp.float64, state: State) -> State:
-    """From the moving frame to the lab frame at time ``t``."""
-    return shifted(turned(state, t * drive.yaw_rate), t * drive.velocity)
-
-
-@wp.func
-def to_moving(drive: ArmMotion, t: wp.float64, state: State) -> State:
-    """From the lab frame at time ``t`` to the moving frame."""
-    return turned(shifted(state, -t * drive.velocity), -t * drive.yaw_rate)
 
 
 @wp.func

@@ -29,7 +29,6 @@ Flags = NDArray[np.bool_]
 MEDIAN = 0.79  # of chi-square with three degrees of freedom, over its mean
 ROUGHLY_APART = 2.0  # px by which the views may disagree before clocks and detector are known better, and
 APART = 0.5  # px after: noise and calibration make a tenth
-ROLL_ERROR = 0.015  # by which the rolls that two views show may differ all along (rad)
 MISFIT = 16.0  # of the typical misfit: views that disagree more do not show the same thing
 STRAY = 6.0  # standard deviations off its neighbours' polynomial at which a point is left out
 OVERLAP = 0.5  # share of the longer film that both films must cover
@@ -207,7 +206,7 @@ def _clock(views: list[PreparedView], rig: Rig) -> Offset:
     met = find_offset(views[0].sighting, views[1].sighting, rig)
     one, two = views[0].roll, views[1].roll
     if one is not None and two is not None and min(one[0].size, two[0].size) > 1:
-        rolled = by_roll(met, one[0], two[0], (one[1], two[1]), ROLL_ERROR)
+        rolled = by_roll(met, one[0], two[0], (one[1], two[1]), float(np.hypot(one[2], two[2])))
         if rolled.found:
             return rolled
     return met if met.found else Offset(0.0, met.sd, False)

@@ -24,13 +24,15 @@ class Errors(NamedTuple):
 
     ``terms`` (k, 4) are coefficients of :func:`_terms`, along and across the device, of its middle and of its half
     length; ``left`` (4,) the standard deviations that they do not explain, of the numbers that are fitted.
-    The device's roll about its axis is ``sense`` times the coil's phase plus ``zero`` (rad).
+    The device's roll about its axis is ``sense`` times the coil's phase plus ``zero`` (rad), to ``roll_sd``, which is
+    how far the rolls of the drawings are off; all along a film, since they are off by what the coil looks like.
     """
 
     terms: Floats
     left: Floats
     sense: float
     zero: float
+    roll_sd: float
 
 
 def axis_frame(axis: Floats) -> Floats:
@@ -90,10 +92,21 @@ def detector_errors(camera: Camera, head: Floats, axis: Floats, shape: Shape, ri
     rest = tables[0][:, 4:] - _terms(tables[0][:, 1], tables[0][:, 3]) @ fits[0]
     ends = np.stack([rest[:, 0] + rest[:, 2], rest[:, 1], rest[:, 0] - rest[:, 2], rest[:, 3]], axis=1)
     left = np.sqrt(np.sum(ends**2, axis=0) / max(1, rest.shape[0] - terms.shape[0]))
-    turn = [np.exp(1j * (tables[0][:, 0] - sense * tables[0][:, 1])) for sense in (1.0, -1.0)]
-    sense = 1.0 if abs(turn[0].mean()) > abs(turn[1].mean()) else -1.0
-    mean = turn[0 if sense > 0.0 else 1].mean()
-    return Errors(terms, left, sense, float(np.angle(mean)))
+    return Errors(terms, left, *_roll(tables, share))
+
+
+def _roll(tables: list[Floats], share: float) -> tuple[float, float, float]:
+    """How the coil's phase tells the roll: sense and zero at the film's blur, and how far a drawn roll is off (rad)."""
+    found = []
+    for table in tables:
+        turns = {sense: np.exp(1j * (table[:, 0] - sense * table[:, 1])) for sense in (1.0, -1.0)}
+        sense = max(turns, key=lambda each: abs(turns[each].mean()))
+        mean = turns[sense].mean()
+        off = np.angle(turns[sense] * np.conj(mean))
+        found.append((sense, float(np.angle(mean)), float(np.sqrt(np.mean(off**2)))))
+    (sense, zero, spread), (_, other, spread_blurred) = found
+    apart = float(np.angle(np.exp(1j * (other - zero))))
+    return sense, zero + share * apart, max(spread, spread_blurred)
 
 
 def _drawn(camera: Camera, head: Floats, axis: Floats, roll: float, shape: Shape) -> tuple[Floats, Floats] | None:

@@ -22,12 +22,12 @@ LOSSY = np.array([0.02, 0.01, 0.07, 0.01])
 
 class PreparedView(NamedTuple):
     """A sighting whose rows point to the head and are corrected; its fresh and lasting standard deviations (4,) in px;
-    and where the device's roll is seen, its times (s) and rolls (rad)."""
+    and where the device's roll is seen, its times (s), rolls and by how much they may be off all along (rad)."""
 
     sighting: Sighting
     fresh: Floats
     lasting: Floats
-    roll: tuple[Floats, Floats] | None
+    roll: tuple[Floats, Floats, float] | None
 
 
 def prepared(
@@ -59,7 +59,7 @@ def prepared(
         rows = corrected(rows, errors, tilts(camera, head, axis))
         fresh = frame_noise(sighting.time, rows, interval)
         lasting = errors.left
-        roll = (sighting.time[slender], errors.sense * phases(rows[slender]) + errors.zero)
+        roll = (sighting.time[slender], errors.sense * phases(rows[slender]) + errors.zero, errors.roll_sd)
     if sighting.lossy:
         lasting = np.hypot(lasting, LOSSY)
     rows[slender, SDS] = np.hypot(fresh, lasting)

@@ -1,0 +1,77 @@
+"""What the command orbit needs for --prove, and its subcommand check."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from helimag.cli._shared import Json, check_target, print_json
+from helimag.errors import InputError
+
+if TYPE_CHECKING:
+    from helimag.orbits import Orbit
+    from helimag.proof import Certificate, Proof
+    from helimag.runs.trajectory import Trajectory
+    from helimag.scenario import Scenario
+
+
+def check_options(prove: bool, certificate: Path | None, many: bool) -> None:
+    """Refuse what does not go with a proof, before any work."""
+    if prove and many:
+        raise InputError("--prove is about the orbit of one scenario: leave out --all and --vary")
+    if certificate is not None:
+        if not prove:
+            raise InputError("--certificate writes the certificate of a proof: add --prove")
+        if certificate.suffix.lower() != ".json":
+            raise InputError(f"--certificate must end in .json; got '{certificate}'")
+        check_target(certificate)
+
+
+def check_provable(scenario: "Scenario") -> None:
+    """Refuse a scenario of which nothing can be proved, and a missing library, before any work."""
+    from helimag import proof
+
+    proof.require_provable(scenario)
+
+
+def proved(orbit: "Orbit", certificate: Path | None) -> "Proof":
+    """Prove an orbit, and write its certificate where there is one."""
+    from helimag import proof
+
+    found = proof.prove(orbit)
+    if certificate is not None and found.certificate is not None:
+        found.certificate.save(certificate)
+    return found
+
+
+def checked_for(path: Path, scenario: "Scenario") -> "Certificate":
+    """The certificate of a scenario, its claims proved again; another's is refused."""
+    from helimag import proof
+
+    certificate = proof.certificate_in(path)
+    proof.require_covered(certificate, scenario)
+    proof.check(certificate)
+    return certificate
+
+
+def carried(run: "Trajectory", certificate: "Certificate") -> "Trajectory":
+    """The run with its certificate in it."""
+    from helimag import proof
+
+    return proof.with_certificate(run, certificate)
+
+
+def check(certificate: Path, *, json: Json = False) -> None:
+    """Prove again what a certificate claims; exit status 2 where it was changed or claims what it does not prove.
+
+    Parameters
+    ----------
+    certificate
+        A file that ``helimag orbit ... --prove --certificate`` wrote.
+    """
+    from helimag.cli._proof_reports import claims_report
+    from helimag.proof import check_file, sentence
+
+    found = check_file(certificate)
+    if json:
+        print_json({"scenario": found.scenario.name, "sha256": found.hash, **claims_report(found.claims)})
+        return
+    print(f"{certificate}: holds; {found.scenario.name}: {sentence(found.claims)}")

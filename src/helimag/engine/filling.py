@@ -1,0 +1,173 @@
+"""Samples and statistics of turns that were leapt over, from the shapes of those that were followed."""
+
+import math
+from functools import cache
+
+import warp as wp
+
+from helimag.engine.leaps import Curve, next_turn, weights_at
+from helimag.engine.moving import to_lab
+from helimag.engine.progress import Progress
+from helimag.engine.samples import Record, Schedule, record_of, sample_time, statistics_from, statistics_with
+from helimag.engine.system import System
+from helimag.engine.turn_memory import (
+    FINE,
+    LOOKS,
+    Memory,
+    Weights,
+    attacks_between,
+    heights_between,
+    node_between,
+    with_roll,
+)
+from helimag.engine.turns import NODES, build_part_turn
+from helimag.physics.balance import Swimmer
+from helimag.physics.kinematics import ArmMotion, State, attack_angle
+from helimag.physics.magnetics import FieldSource
+
+ONE = wp.constant(wp.float64(1.0))
+TURN_PARTS = wp.constant(wp.float64(int(LOOKS)))
+COUNT = wp.constant(wp.float64(NODES))
+TWO_PI = wp.constant(wp.float64(2.0 * math.pi))
+
+
+@cache
+def build_state_between(system: System) -> wp.Function:
+    """Make the function that gives the state at a share ``phase`` of a turn, moving frame: from the node before it."""
+    part_turn, here_type = build_part_turn(system), system.medium.here_type
+
+    @wp.func
+    def state_between(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        memory: Memory,
+        run: int,
+        first: int,
+        count: int,
+        weights: Weights,
+        p: Progress,
+        phase: wp.float64,
+        begin: State,
+        end: State,
+    ) -> State:
+        node = wp.clamp(int(phase * COUNT), 0, NODES - 1)
+        share = wp.float64(node) / COUNT
+        state = begin
+        if node > 0:
+            state = with_roll(node_between(memory, run, first, count, weights, node, begin, end), p.leap.roll * share)
+        angle = drive.spin_rate * p.leap.origin
+        spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
+        return part_turn(body, here, drive, magnets, spin, node, p.leap.fine, TWO_PI * (phase - share), state)
+
+    return state_between
+
+
+@cache
+def build_turn_filled(system: System) -> wp.Function:
+    """Make the function that records the samples due in a turn from ``begin`` to ``end``, moving frame."""
+    state_between, here_type = build_state_between(system), system.medium.here_type
+
+    @wp.func
+    def turn_filled(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        schedule: Schedule,
+        memory: Memory,
+        run: int,
+        first: int,
+        count: int,
+        weights: Weights,
+        number: wp.float64,
+        begin: State,
+        end: State,
+        before: Progress,
+        records: wp.array2d(dtype=Record),
+    ) -> Progress:
+        p = before
+        period = TWO_PI / wp.abs(drive.spin_rate)
+        start = p.leap.origin + number * period
+        heights = heights_between(memory, run, first, count, weights)
+        attacks = attacks_between(memory, run, first, count, weights)
+        attack = attack_angle(begin)
+        climb = attack_angle(end) - attack
+        due = sample_time(schedule, p.sample)
+        last = start
+        for i in range(LOOKS):
+            share = wp.float64(i + 1) / TURN_PARTS
+            t = start + share * period
+            while due <= t and p.sample < records.shape[1]:
+                phase = (due - start) / period
+                moving = state_between(
+                    body, here, drive, magnets, memory, run, first, count, weights, p, phase, begin, end
+                )
+                state = to_lab(drive, due, with_roll(moving, p.leap.roll * number))
+                p.statistics = statistics_with(p.statistics, due - last, state[2], attack_angle(state))
+                records[run, p.sample] = record_of(p.statistics, due, state, p.synchrony.slips, 0)
+                p.statistics = statistics_from(due, state)
+                p.sample += 1
+                last = due
+                due = sample_time(schedule, p.sample)
+            height = begin[2] + share * (end[2] - begin[2]) + heights[i]
+            p.statistics.low = wp.min(p.statistics.low, height)
+            p.statistics.high = wp.max(p.statistics.high, height)
+            if (i + 1) % FINE == 0:
+                angle = attack + share * climb + attacks[(i + 1) // FINE - 1]
+                p.statistics = statistics_with(p.statistics, t - last, height, angle)
+                last = t
+        return p
+
+    return turn_filled
+
+
+@cache
+def build_filled(system: System) -> wp.Function:
+    """Make the function that records the samples due in a leap from ``begin``, moving frame."""
+    turn_filled, here_type = build_turn_filled(system), system.medium.here_type
+
+    @wp.func
+    def filled(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        schedule: Schedule,
+        memory: Memory,
+        run: int,
+        first: int,
+        curve: Curve,
+        begin: State,
+        before: Progress,
+        records: wp.array2d(dtype=Record),
+    ) -> Progress:
+        p = before
+        y = begin
+        jacobian = memory.jacobians[run]
+        for j in range(p.leap.turns_aimed):
+            number = p.leap.number + wp.float64(j)
+            weights = weights_at(curve, number)
+            following = next_turn(jacobian, curve, weights, y)
+            p = turn_filled(
+                body,
+                here,
+                drive,
+                magnets,
+                schedule,
+                memory,
+                run,
+                first,
+                curve.count,
+                weights,
+                number,
+                y,
+                following,
+                p,
+                records,
+            )
+            y = following
+        return p
+
+    return filled

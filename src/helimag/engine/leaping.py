@@ -1,0 +1,353 @@
+"""When a run leaps over turns of the magnet, how far, and what becomes of it."""
+
+import math
+from functools import cache
+
+import warp as wp
+
+from helimag.engine.control import Control
+from helimag.engine.events import Bounds, clearance
+from helimag.engine.filling import build_filled
+from helimag.engine.leaps import (
+    ORDER,
+    Curve,
+    ahead,
+    build_follow,
+    curve_through,
+    difference,
+    doubted,
+    largest,
+    next_turn,
+    top_of,
+    weights_at,
+)
+from helimag.engine.medium import OPEN_WATER
+from helimag.engine.moving import to_lab, to_moving
+from helimag.engine.progress import Leap, Progress
+from helimag.engine.samples import Record, Schedule
+from helimag.engine.system import System
+from helimag.engine.turn_memory import Memory, Square, slot_of, with_roll
+from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, NODES, Turn, steps_between_nodes
+from helimag.physics.balance import Swimmer
+from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
+from helimag.physics.magnetics import FieldSource
+
+IN_STEP = wp.constant(wp.float64(0.2))  # least cosine of the phase lag for leaps
+SHARE = wp.constant(wp.float64(0.1))  # of the tolerance, for a leap's error; benchmarks/leaps.py
+SAFETY = wp.constant(wp.float64(0.85))
+GROWTH = wp.constant(wp.float64(1.5))
+SHRINK = wp.constant(wp.float64(0.2))
+LEAST_ERROR = wp.constant(wp.float64(1e-8))
+NEGLIGIBLE = wp.constant(wp.float64(1e-3))  # of a leap's tolerance: the turn need not be followed a second time
+OLD = wp.constant(50)  # leaps after which the Jacobian is worked out again
+MOST_TURNS = wp.constant(100)  # of a leap
+TRIAL = wp.constant(14)  # leaps after which they must be worth while
+WORTH = wp.constant(2)  # turns that they must be long by then
+RETRY = wp.constant(wp.float64(2.0))  # turns until the next try, after one that came to nothing
+LONG_RETRY = wp.constant(wp.float64(32.0))
+ROOM = wp.constant(wp.float64(3.0))  # times what a turn reaches, to be kept clear of anything that ends a run
+LEAST_ROOM = wp.constant(wp.float64(1e-4))  # m
+BEFORE_END = wp.constant(wp.float64(1.0 - 1e-9))  # of the duration: the last sample is a step's
+TURN_STEPS = NODES  # at least
+FINE_TOLERANCE = wp.constant(wp.float64(LEAST_STEPS_TOLERANCE))
+TWO_PI = wp.constant(wp.float64(2.0 * math.pi))
+ZERO = wp.constant(wp.float64(0.0))
+ONE = wp.constant(wp.float64(1.0))
+TINY = wp.constant(wp.float64(1e-300))
+BEGINNING, COLUMNS, GUESSING, CORRECTING = (wp.constant(i) for i in range(4))  # what the next turn is followed for
+EIGHTH = wp.constant(wp.float64(0.125))
+
+
+@wp.func
+def in_step(lag: wp.vec2d) -> bool:
+    """Whether the moment is near enough to the field for leaps."""
+    return lag[0] > IN_STEP * wp.length(lag)
+
+
+@wp.func
+def drift(drive: ArmMotion, y: State, tail: wp.float64) -> wp.float64:
+    """Speed (m/s) at which the moving frame takes the device along, at most."""
+    across = wp.sqrt(y[0] * y[0] + y[1] * y[1]) + tail
+    return wp.length(drive.velocity) + wp.abs(drive.yaw_rate) * across
+
+
+@wp.func
+def given_up(p: Progress, turns: wp.float64, period: wp.float64) -> Progress:
+    """Leaping ended for now, not to be tried for some turns."""
+    after = p
+    after.leap.stage = BEGINNING
+    after.leap.ready = p.time + turns * period
+    return after
+
+
+@wp.func
+def stride_after(stride: int, error: wp.float64, order: int) -> int:
+    """Turns to leap next, for an error in units of the tolerance after ``stride`` turns."""
+    factor = SAFETY * wp.pow(wp.max(error, LEAST_ERROR), -ONE / wp.float64(order))
+    if error > ONE:
+        return wp.max(1, wp.min(stride - 1, int(wp.float64(stride) * wp.max(factor, SHRINK))))
+    wanted = wp.float64(stride) * wp.min(factor, GROWTH)
+    if wanted > wp.float64(stride):
+        return wp.min(MOST_TURNS, int(wanted + wp.float64(0.5)))
+    return wp.max(1, wp.min(stride, int(wanted) + 1))
+
+
+@wp.struct
+class Way:
+    """Where a leap leads."""
+
+    end: State
+    error: State
+    room: wp.float64  # least distance to anything that ends the run, less what is to be kept, m
+
+
+@wp.func
+def way_of(
+    jacobian: Square,
+    curve: Curve,
+    drive: ArmMotion,
+    magnets: wp.array(dtype=FieldSource),
+    bounds: Bounds,
+    origin: wp.float64,
+    period: wp.float64,
+    number: wp.float64,
+    turns: int,
+    keep: wp.float64,
+    begin: State,
+) -> Way:
+    """Where the cheap map leads from ``begin``, what is doubtful about it, and how much room there is on the way."""
+    way = Way()
+    way.end = begin
+    way.room = ONE
+    top = top_of(curve)
+    for j in range(turns):
+        at = number + wp.float64(j)
+        way.end = next_turn(jacobian, curve, weights_at(curve, at), way.end)
+        way.error = doubted(jacobian, curve, top, at, way.error)
+        t = origin + (at + ONE) * period
+        least, kind = clearance(bounds, magnets, rpm_pose(drive, t), to_lab(drive, t, way.end))
+        way.room = wp.min(way.room, least - keep)
+    return way
+
+
+@wp.func
+def begun(drive: ArmMotion, before: Progress) -> Progress:
+    """Leaping begun where a run stands: the turn from there is to be followed."""
+    p = before
+    p.leap.origin = p.time
+    p.leap.number = ZERO
+    p.leap.aim_number = ZERO
+    p.leap.stride = 1
+    p.leap.pushes = 0
+    p.leap.known = 0
+    p.leap.aim = to_moving(drive, p.time, p.state)
+    return p
+
+
+@wp.func
+def column_aimed(control: Control, memory: Memory, run: int, before: Progress) -> Progress:
+    """A turn to be followed beside the last one, for a column of the Jacobian."""
+    p = before
+    beside = State()
+    beside[p.leap.column] = difference(control, p.leap.column)
+    p.leap.aim = memory.places[run, slot_of(p.leap.pushes - 1)] + beside
+    return p
+
+
+@wp.func
+def guessed(schedule: Schedule, memory: Memory, run: int, period: wp.float64, before: Progress) -> Progress:
+    """A leap begun: a guess where it leads, from where the turn is to be followed; given up where the run is over."""
+    p = before
+    rest = (schedule.duration * BEFORE_END - p.time) / period
+    turns = wp.min(p.leap.stride, int(wp.min(rest, wp.float64(MOST_TURNS))))
+    if turns < 1:
+        p.leap.stage = BEGINNING
+        p.leap.ready = schedule.duration + period
+    else:
+        known = wp.min(p.leap.known, ORDER)
+        curve = curve_through(memory, run, p.leap.pushes - known, known)
+        y = memory.places[run, slot_of(p.leap.pushes - 1)]
+        p.leap.turns_aimed = turns
+        p.leap.aim_number = p.leap.number + wp.float64(turns)
+        p.leap.aim = ahead(memory.jacobians[run], curve, p.leap.number, turns, y)
+    return p
+
+
+@wp.func
+def first_followed(turn: Turn, roll: wp.float64, period: wp.float64, before: Progress) -> Progress:
+    """Progress after the turn from where leaping began."""
+    p = before
+    p.leap.roll = roll
+    p.leap.pushes = 1
+    p.leap.known = 1
+    p.leap.stage = COLUMNS
+    p.leap.column = 0
+    if not turn.cosine > IN_STEP:
+        p = given_up(p, RETRY, period)
+    return p
+
+
+@wp.func
+def column_followed(turn: Turn, control: Control, memory: Memory, run: int, before: Progress) -> Progress:
+    """Progress after a turn for the Jacobian."""
+    p = before
+    now = slot_of(p.leap.pushes - 1)
+    end = memory.places[run, now] + memory.changes[run, now]
+    slope = (turn.end - end) / difference(control, p.leap.column)
+    jacobian = memory.jacobians[run]
+    for i in range(7):
+        jacobian[i, p.leap.column] = slope[i]
+    jacobian[p.leap.column, p.leap.column] -= ONE
+    memory.jacobians[run] = jacobian
+    p.leap.column += 1
+    if p.leap.column == 7:
+        p.leap.stage = GUESSING
+        p.leap.age = 0
+    return p
+
+
+@wp.func
+def guess_followed(
+    turn: Turn,
+    drive: ArmMotion,
+    magnets: wp.array(dtype=FieldSource),
+    control: Control,
+    bounds: Bounds,
+    memory: Memory,
+    run: int,
+    period: wp.float64,
+    before: Progress,
+) -> Progress:
+    """Progress after the turn from where a leap was guessed to lead: where it leads with that known, if it is good."""
+    p = before
+    known = wp.min(p.leap.known, ORDER)
+    turns = p.leap.turns_aimed
+    curve = curve_through(memory, run, p.leap.pushes - known, known + 1)
+    y = memory.places[run, slot_of(p.leap.pushes - 1)]
+    keep = wp.max(ROOM * (turn.reach + period * drift(drive, y, bounds.tail)), LEAST_ROOM)
+    way = way_of(
+        memory.jacobians[run], curve, drive, magnets, bounds, p.leap.origin, period, p.leap.number, turns, keep, y
+    )
+    p.leap.error = largest(way.error, control) / (SHARE * control.tolerance)
+    near = p.leap.error <= ONE or turns == 1  # one turn was followed from where it begins
+    if near and turn.cosine > IN_STEP and way.room > ZERO:
+        p.leap.stage = CORRECTING
+        p.leap.aim = normalized(way.end)
+    elif turns == 1:
+        p = given_up(p, RETRY, period)
+    elif near:
+        p.leap.stride = wp.max(1, turns // 4)
+    else:
+        p.leap.stride = stride_after(turns, p.leap.error, known + 1)
+    return p
+
+
+@cache
+def build_leapt(system: System) -> wp.Function:
+    """Make the function that takes a run over a leap, once the turn from where that led was followed."""
+    filled, here_type = build_filled(system), system.medium.here_type
+
+    @wp.func
+    def leapt(
+        turn: Turn,
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        schedule: Schedule,
+        memory: Memory,
+        run: int,
+        before: Progress,
+        records: wp.array2d(dtype=Record),
+    ) -> Progress:
+        period = TWO_PI / wp.abs(drive.spin_rate)
+        known = wp.min(before.leap.known, ORDER)
+        first = before.leap.pushes - known
+        y = memory.places[run, slot_of(before.leap.pushes - 1)]
+        curve = curve_through(memory, run, first, known + 1)
+        p = filled(body, here, drive, magnets, schedule, memory, run, first, curve, y, before, records)
+        p.leap.number = p.leap.aim_number
+        p.leap.pushes += 1
+        p.leap.known += 1
+        p.leap.age += 1
+        p.leap.turns += wp.int64(p.leap.turns_aimed)
+        p.leap.stride = stride_after(p.leap.turns_aimed, p.leap.error, known + 1)
+        p.time = p.leap.origin + p.leap.number * period
+        p.state = to_lab(drive, p.time, with_roll(p.leap.aim, p.leap.roll * p.leap.number))
+        p.synchrony.lag = turn.lag
+        p.synchrony.locked = 1
+        p.leap.stage = GUESSING
+        if p.leap.age >= OLD:
+            p.leap.stage = COLUMNS
+            p.leap.column = 0
+        if p.leap.known > TRIAL and p.leap.stride < WORTH:
+            p = given_up(p, LONG_RETRY, period)
+        return p
+
+    return leapt
+
+
+def leaps_hold(system: System) -> bool:
+    """Whether runs with these formulas may leap: a drive that repeats itself, in open water."""
+    return system.pose is rpm_pose and system.medium == OPEN_WATER
+
+
+@wp.func
+def watched(leap: Leap, spin_rate: wp.float64, t: wp.float64, lag: wp.vec2d) -> Leap:
+    """No leap before the device has been in step for a turn."""
+    after = leap
+    if not in_step(lag):
+        after.ready = wp.max(leap.ready, t + TWO_PI / wp.abs(spin_rate))
+    return after
+
+
+@cache
+def build_tried(system: System) -> wp.Function:
+    """Make the function that follows one turn of the magnet for leaping, and does with it what comes next."""
+    follow, leapt, here_type = build_follow(system), build_leapt(system), system.medium.here_type
+
+    @wp.func
+    def tried(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        control: Control,
+        bounds: Bounds,
+        schedule: Schedule,
+        memory: Memory,
+        run: int,
+        before: Progress,
+        records: wp.array2d(dtype=Record),
+    ) -> Progress:
+        p = before
+        period = TWO_PI / wp.abs(drive.spin_rate)
+        if p.leap.stage == BEGINNING:
+            p = begun(drive, p)
+        elif p.leap.stage == COLUMNS:
+            p = column_aimed(control, memory, run, p)
+        elif p.leap.stage == GUESSING:
+            p = guessed(schedule, memory, run, period, p)
+            if p.leap.stage == BEGINNING:
+                return p
+        least = int(wp.ceil(wp.pow(FINE_TOLERANCE / control.tolerance, EIGHTH)))
+        p.leap.fine = steps_between_nodes(body, drive, magnets, bounds.contact, least, p.leap.aim)
+        if p.leap.fine > FINEST:
+            return given_up(p, LONG_RETRY, period)
+        angle = drive.spin_rate * p.leap.origin
+        spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
+        turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, memory, run, p.leap)
+        p.leap.followed += wp.int64(1)
+        if p.leap.stage == BEGINNING:
+            p = first_followed(turn, roll, period, p)
+        elif p.leap.stage == COLUMNS:
+            p = column_followed(turn, control, memory, run, p)
+        elif p.leap.stage == GUESSING:
+            p = guess_followed(turn, drive, magnets, control, bounds, memory, run, period, p)
+        elif turn.cosine > IN_STEP:
+            p = leapt(turn, body, here, drive, magnets, schedule, memory, run, p, records)
+        else:
+            p = given_up(p, RETRY, period)
+        return p
+
+    return tried

@@ -1,0 +1,168 @@
+"""Multi-revolution steps: many turns of the magnet for two that are followed.
+
+One turn is a map y -> y + D(y) in the frame that moves with the drive. Its Jacobian A changes little, so that
+D(y) - A y, known at turns that were followed, changes slowly and smoothly from turn to turn; a polynomial through it
+and A make a map that costs next to nothing. A leap predicts where that leads in many turns, follows one turn there,
+goes the way again with that turn in the polynomial, and follows a turn where that led: an exponential Adams method
+for maps, in PECE mode. What decays fast, as the roll does, is in A and limits no leap; the roll is what the map gave.
+
+Multi-revolution methods: L. R. Petzold, SIAM J. Numer. Anal. 18 (1981) 455; M. P. Calvo, L. O. Jay, J. I. Montijano,
+L. Randez, Numer. Math. 97 (2004) 635. Exponential Adams methods: M. Hochbruck, A. Ostermann, BIT 51 (2011) 889.
+"""
+
+from functools import cache
+
+import warp as wp
+
+from helimag.engine.control import Control
+from helimag.engine.progress import Leap
+from helimag.engine.system import System
+from helimag.engine.turn_memory import SLOTS, Memory, Square, Weights, slot_of, store_shape
+from helimag.engine.turns import build_turn
+from helimag.physics.balance import Swimmer
+from helimag.physics.kinematics import ArmMotion, State, normalized
+from helimag.physics.magnetics import FieldSource
+
+ORDER = 6  # turns that a polynomial goes through before a leap; benchmarks/leaps.py
+DIFFERENCE = wp.constant(wp.float64(1e-5))  # rad, and share of the length: steps of the Jacobian's differences
+ONE = wp.constant(wp.float64(1.0))
+ZERO = wp.constant(wp.float64(0.0))
+
+Residuals = wp.types.matrix(shape=(SLOTS, 7), dtype=wp.float64)
+
+
+@wp.struct
+class Curve:
+    """A polynomial through D(y) - A y at some turns, in Lagrange's form."""
+
+    count: wp.int32
+    numbers: Weights
+    divisors: Weights  # inverse product of the distances to all others
+    residuals: Residuals
+
+
+@wp.func
+def curve_through(memory: Memory, run: int, first: int, count: int) -> Curve:
+    """The polynomial through ``count`` turns from push number ``first`` on."""
+    curve = Curve()
+    curve.count = count
+    jacobian = memory.jacobians[run]
+    for i in range(count):
+        slot = slot_of(first + i)
+        curve.numbers[i] = memory.numbers[run, slot]
+        residual = memory.changes[run, slot] - jacobian * memory.places[run, slot]
+        for c in range(7):
+            curve.residuals[i, c] = residual[c]
+    for i in range(count):
+        product = ONE
+        for other in range(count):
+            if other != i:
+                product *= curve.numbers[i] - curve.numbers[other]
+        curve.divisors[i] = ONE / product
+    return curve
+
+
+@wp.func
+def weights_at(curve: Curve, number: wp.float64) -> Weights:
+    """What each of the curve's turns counts at turn ``number``: Lagrange's polynomials."""
+    weights = Weights()
+    before = ONE
+    for i in range(curve.count):
+        weights[i] = before * curve.divisors[i]
+        before *= number - curve.numbers[i]
+    after = ONE
+    for k in range(curve.count):
+        i = curve.count - 1 - k
+        weights[i] *= after
+        after *= number - curve.numbers[i]
+    return weights
+
+
+@wp.func
+def residual_at(curve: Curve, weights: Weights) -> State:
+    """The polynomial's value."""
+    total = State()
+    for i in range(curve.count):
+        total += weights[i] * curve.residuals[i]
+    return total
+
+
+@wp.func
+def next_turn(jacobian: Square, curve: Curve, weights: Weights, y: State) -> State:
+    """Where the cheap map takes ``y`` in one turn."""
+    return y + jacobian * y + residual_at(curve, weights)
+
+
+@wp.func
+def ahead(jacobian: Square, curve: Curve, number: wp.float64, turns: int, y: State) -> State:
+    """Where the cheap map takes ``y`` in some turns, the first of which is ``number``."""
+    at = y
+    for j in range(turns):
+        at = next_turn(jacobian, curve, weights_at(curve, number + wp.float64(j)), at)
+    return at
+
+
+@wp.func
+def top_of(curve: Curve) -> State:
+    """The curve's highest divided difference: what its oldest turn adds, but for a product of distances."""
+    top = State()
+    for i in range(curve.count):
+        top += curve.divisors[i] * curve.residuals[i]
+    return top
+
+
+@wp.func
+def doubted(jacobian: Square, curve: Curve, top: State, number: wp.float64, error: State) -> State:
+    """What the oldest turn in the curve changes in where the cheap map leads, one turn on: the error's estimate."""
+    rest = ONE
+    for i in range(1, curve.count):
+        rest *= number - curve.numbers[i]
+    return error + jacobian * error + rest * top
+
+
+@wp.func
+def largest(error: State, control: Control) -> wp.float64:
+    """Largest component of an error: quaternion components, and positions over the length."""
+    most = ZERO
+    for i in range(7):
+        unit = ONE
+        if i < 3:
+            unit = control.length
+        most = wp.max(most, wp.abs(error[i]) / unit)
+    return most
+
+
+@wp.func
+def difference(control: Control, column: int) -> wp.float64:
+    """Step of the Jacobian's differences in one component."""
+    if column < 3:
+        return DIFFERENCE * control.length
+    return DIFFERENCE
+
+
+@cache
+def build_follow(system: System) -> wp.Function:
+    """Make the function that follows the turn that a leap aims at and remembers it as the newest."""
+    turn, here_type = build_turn(system), system.medium.here_type
+
+    @wp.func
+    def follow(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        tail: wp.float64,
+        spin: wp.vec2d,
+        memory: Memory,
+        run: int,
+        leap: Leap,
+    ):
+        result, shape, roll = turn(body, here, drive, magnets, tail, spin, leap.fine, leap.aim)
+        slot = slot_of(leap.pushes)
+        memory.numbers[run, slot] = leap.aim_number
+        memory.places[run, slot] = leap.aim
+        memory.changes[run, slot] = result.end - leap.aim
+        store_shape(memory, run, slot, shape, normalized(leap.aim), result.end)
+        return result, roll
+
+    return follow

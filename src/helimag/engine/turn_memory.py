@@ -1,0 +1,138 @@
+"""What is remembered of turns that were followed, and what turns between them looked like.
+
+A turn's shape is what it does beside going straight from its start to its end. It repeats itself almost from turn to
+turn, so that the shapes of turns that were leapt over are interpolated, by the leap's own polynomial, at equally spaced
+nodes. Heights between nodes are those of the trigonometric polynomial through them.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from helimag.engine.turns import NODES, Nodes, Shape, rolled
+from helimag.physics.kinematics import State, attack_angle, normalized
+
+SLOTS = 8  # turns remembered: as many as a polynomial goes through, and the one at the leap's end, in a ring
+FINE = 4  # heights are looked at so many times between two nodes
+LOOKS = wp.constant(FINE * NODES)
+COUNT = wp.constant(wp.float64(NODES))
+PI = wp.constant(wp.float64(math.pi))
+ONE = wp.constant(wp.float64(1.0))
+ZERO = wp.constant(wp.float64(0.0))
+AT_NODE = wp.constant(wp.float64(1e-9))  # of a turn: nearer than this is at the node
+
+Square = wp.types.matrix(shape=(7, 7), dtype=wp.float64)
+Weights = wp.types.vector(length=SLOTS, dtype=wp.float64)
+Heights = wp.types.vector(length=FINE * NODES, dtype=wp.float64)
+Finer = wp.types.matrix(shape=(FINE * NODES, NODES), dtype=wp.float64)
+
+
+def _cardinal(away: np.ndarray) -> np.ndarray:
+    """Trigonometric polynomial that is 1 at a node and 0 at all others, by the distance from it in turns."""
+    away = away - np.round(away)
+    safe = np.where(np.abs(away) < float(AT_NODE), 0.25, away)
+    return np.where(np.abs(away) < float(AT_NODE), 1.0, np.sin(NODES * np.pi * safe) / (NODES * np.tan(np.pi * safe)))
+
+
+LOOK_PHASES = np.arange(1, FINE * NODES + 1) / (FINE * NODES)
+NODE_PHASES = np.arange(1, NODES + 1) / NODES
+FINER = wp.constant(Finer(*_cardinal(LOOK_PHASES[:, None] - NODE_PHASES).ravel().tolist()))
+
+
+@wp.struct
+class Memory:
+    """Turns that were followed, of all runs, each in one of SLOTS slots; moving frame."""
+
+    numbers: wp.array2d(dtype=wp.float64)  # of the turn, from where leaping began
+    places: wp.array2d(dtype=State)  # where it began
+    changes: wp.array2d(dtype=State)  # what it changed
+    nodes: wp.array3d(dtype=State)  # (runs, SLOTS, NODES), the last of which is the end
+    heights: wp.array2d(dtype=Heights)  # FINE times as fine, m
+    attacks: wp.array2d(dtype=Nodes)  # attack angle, rad
+    jacobians: wp.array(dtype=Square)  # (runs,): how what a turn changes depends on where it begins
+
+
+def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: str) -> Any:
+    """What runs remember of turns, as the kernels take it; a run that remembers nothing has room for it."""
+    memory = Memory()
+    runs = len(remembered)
+    kinds = {"numbers": wp.float64, "places": State, "changes": State, "heights": Heights, "attacks": Nodes}
+    for name, kind in kinds.items():
+        setattr(memory, name, wp.zeros((runs, SLOTS), dtype=kind, device=device))
+    memory.nodes = wp.zeros((runs, SLOTS, NODES), dtype=State, device=device)
+    memory.jacobians = wp.zeros(runs, dtype=Square, device=device)
+    for run, known in enumerate(remembered):
+        for name, values in known.items():
+            getattr(memory, name)[run : run + 1].assign(values[None])
+    return memory
+
+
+def remembered(memory: Any, run: int) -> dict[str, NDArray[np.float64]]:
+    """What one run remembers."""
+    names = ("numbers", "places", "changes", "heights", "attacks", "nodes", "jacobians")
+    return {name: getattr(memory, name)[run : run + 1].numpy()[0].copy() for name in names}
+
+
+@wp.func
+def slot_of(push: int) -> int:
+    """Where the turn remembered as number ``push`` is kept."""
+    return push % SLOTS
+
+
+@wp.func
+def store_shape(memory: Memory, run: int, slot: int, shape: Shape, begin: State, end: State):
+    """Keep what a turn was beside straight: at nodes ``shape``, from ``begin`` to ``end``."""
+    attacks = Nodes()
+    heights = Nodes()
+    first = attack_angle(begin)
+    climb = attack_angle(end) - first
+    for j in range(NODES):
+        share = wp.float64(j + 1) / COUNT
+        at = State()
+        for c in range(7):
+            at[c] = shape[j, c]
+        rest = at - begin - share * (end - begin)
+        memory.nodes[run, slot, j] = rest
+        attacks[j] = attack_angle(at) - first - share * climb
+        heights[j] = rest[2]
+    memory.attacks[run, slot] = attacks
+    memory.heights[run, slot] = FINER * heights
+
+
+@wp.func
+def heights_between(memory: Memory, run: int, first: int, count: int, weights: Weights) -> Heights:
+    """Heights of a turn beside straight, from turns remembered from push number ``first`` on (m)."""
+    total = Heights()
+    for i in range(count):
+        total += weights[i] * memory.heights[run, slot_of(first + i)]
+    return total
+
+
+@wp.func
+def attacks_between(memory: Memory, run: int, first: int, count: int, weights: Weights) -> Nodes:
+    """Attack angles of a turn beside straight, likewise (rad)."""
+    total = Nodes()
+    for i in range(count):
+        total += weights[i] * memory.attacks[run, slot_of(first + i)]
+    return total
+
+
+@wp.func
+def node_between(
+    memory: Memory, run: int, first: int, count: int, weights: Weights, node: int, begin: State, end: State
+) -> State:
+    """The state at a node of a turn from ``begin`` to ``end``, likewise; the turn's own roll off, see :class:`Turn`."""
+    state = begin + (wp.float64(node) / COUNT) * (end - begin)
+    for i in range(count):
+        state += weights[i] * memory.nodes[run, slot_of(first + i), node - 1]
+    return normalized(state)
+
+
+@wp.func
+def with_roll(state: State, turns: wp.float64) -> State:
+    """The state after the body rolled so many turns about its long axis."""
+    return rolled(state, wp.cos(PI * turns), wp.sin(PI * turns))

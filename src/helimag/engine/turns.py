@@ -1,0 +1,265 @@
+"""One turn of the magnet as a map, in the frame that moves with the drive: equal steps of DOP853, no trigonometry.
+
+In that frame the arm stands still and only the magnet's spin depends on time. With equal steps a turn, the spin at
+every stage is the spin at the step's start turned by an angle that is known when the kernel is built.
+"""
+
+import math
+from functools import cache
+
+import warp as wp
+
+from helimag.engine import tableau
+from helimag.engine.methods import STAGES, Stages, weighted_sum
+from helimag.engine.moving import frame_rates
+from helimag.engine.synchrony import lag_vector
+from helimag.engine.system import System, build_balance, build_load
+from helimag.physics.balance import Swimmer, moment_of
+from helimag.physics.kinematics import (
+    ArmMotion,
+    RpmPose,
+    State,
+    head_position,
+    normalized,
+    rotation_matrix,
+    rpm_rotation,
+)
+from helimag.physics.magnetics import FieldSource
+
+NODES = 12  # phases of a turn at which its shape is kept: steps a turn are a multiple of it
+FINEST = 5  # steps between two nodes at most; where more are needed, runs are stepped directly
+ROLL_PER_STEP = 2.5  # at most, of a step times the rate at which the roll relaxes (DOP853 is stable up to about 6)
+LEAST_STEPS_TOLERANCE = 3e-7  # of a step, which NODES steps a turn meet; others need its eighth root more
+HALF = wp.constant(wp.float64(0.5))
+ONE = wp.constant(wp.float64(1.0))
+ZERO = wp.constant(wp.float64(0.0))
+TINY = wp.constant(wp.float64(1e-300))
+PER_NODE = wp.constant(wp.float64(2.0 * math.pi / NODES))
+HALF_COSINE = wp.constant(wp.float64(math.cos(math.pi / NODES)))
+HALF_SINE = wp.constant(wp.float64(math.sin(math.pi / NODES)))
+ROLL_SHARE = wp.constant(wp.float64(ROLL_PER_STEP))
+ROLL_FACTOR = wp.constant(wp.float64(2e-7))  # twice mu0 / (4 pi), T m/A: the field on the axis of a dipole
+
+ANGLES = STAGES + 1
+StageSpins = wp.types.matrix(shape=(ANGLES, 2), dtype=wp.float64)
+Nodes = wp.types.vector(length=NODES, dtype=wp.float64)
+Shape = wp.types.matrix(shape=(NODES, 7), dtype=wp.float64)
+
+
+@wp.struct
+class Turn:
+    """What a turn of the magnet did, moving frame."""
+
+    end: State  # with the roll of the turn itself taken off, so that a device in step comes back to where it was
+    cosine: wp.float64  # least, of the phase lag
+    lag: wp.vec2d  # at the end, see ``synchrony``
+    reach: wp.float64  # furthest from the start, of head or of the tail's end, m
+
+
+@wp.func
+def spin_ahead(spin: wp.vec2d, cosine: wp.float64, sine: wp.float64) -> wp.vec2d:
+    """Cosine and sine of the magnet's spin, turned on by the angle of this cosine and sine."""
+    return wp.vec2d(spin[0] * cosine - spin[1] * sine, spin[1] * cosine + spin[0] * sine)
+
+
+@wp.func
+def rolled(state: State, c: wp.float64, s: wp.float64) -> State:
+    """The state with the body turned about its long axis, by the angle whose half has this cosine and sine."""
+    w = state[3]
+    x = state[4]
+    y = state[5]
+    z = state[6]
+    return State(state[0], state[1], state[2], c * w - s * x, c * x + s * w, c * y + s * z, c * z - s * y)
+
+
+@wp.func
+def arm_pose(drive: ArmMotion, spin: wp.vec2d) -> RpmPose:
+    """The RPM's pose in the moving frame, where the arm stands still."""
+    pose = RpmPose()
+    pose.position = drive.arm
+    pose.rotation = rpm_rotation(ONE, ZERO, drive.cos_pitch, drive.sin_pitch)
+    pose.spin = spin
+    return pose
+
+
+@wp.func
+def steps_between_nodes(
+    body: Swimmer, drive: ArmMotion, magnets: wp.array(dtype=FieldSource), contact: wp.float64, least: int, state: State
+) -> int:
+    """Steps between two nodes that follow the roll, which relaxes the faster the nearer the magnet is."""
+    rotation = rpm_rotation(ONE, ZERO, drive.cos_pitch, drive.sin_pitch)
+    rate = ZERO
+    for j in range(magnets.shape[0]):
+        gap = wp.max(wp.length(head_position(state) - drive.arm - rotation * magnets[j].offset), HALF * contact)
+        rate += wp.abs(magnets[j].moment) / (gap * gap * gap)
+    rate *= ROLL_FACTOR * body.magnetic_moment * body.mobility[3, 3]
+    return wp.max(least, int(wp.ceil(rate * PER_NODE / (wp.abs(drive.spin_rate) * ROLL_SHARE))))
+
+
+@cache
+def build_moving_rates(system: System) -> wp.Function:
+    """Make the right-hand side in the moving frame: rates of a state, and its lag vector, at a spin of the magnet."""
+    here_type = system.medium.here_type
+    load, balance = build_load(system.magnet), build_balance(system.medium.response)
+
+    @wp.func
+    def rates(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        spin: wp.vec2d,
+        state: State,
+    ):
+        field, force = load(magnets, arm_pose(drive, spin), head_position(state), moment_of(body, state))
+        return balance(body, here, state, force, field) + frame_rates(drive, state), lag_vector(field, state)
+
+    return rates
+
+
+@cache
+def build_stage_spins() -> wp.Function:
+    """Make the function that gives cosine and sine of the spin's angle from the start to each stage and the end."""
+    shares = [wp.float64(float(share)) for share in (*tableau.C[:STAGES], 1.0)]
+
+    @wp.func
+    def stage_spins(angle: wp.float64) -> StageSpins:
+        spins = StageSpins()
+        for i in range(ANGLES):
+            at = wp.static(shares[i]) * angle
+            spins[i, 0] = wp.cos(at)
+            spins[i, 1] = wp.sin(at)
+        return spins
+
+    return stage_spins
+
+
+@cache
+def build_spun_step(system: System) -> wp.Function:
+    """Make DOP853's step of ``h`` (s) in the moving frame, over which the spin turns as ``spins`` has it."""
+    rates, here_type = build_moving_rates(system), system.medium.here_type
+    argument = [None] + [weighted_sum(tableau.A[i, :i]) for i in range(1, STAGES)]
+    result = weighted_sum(tableau.B)
+
+    @wp.func
+    def step(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        spin: wp.vec2d,
+        spins: StageSpins,
+        h: wp.float64,
+        state: State,
+        k0: State,
+    ) -> State:
+        k = Stages()
+        k[0] = k0
+        for i in range(1, STAGES):
+            stage = state + h * wp.static(argument[i])(k)
+            at = spin_ahead(spin, spins[i, 0], spins[i, 1])
+            there, lag = rates(body, here, drive, magnets, at, stage)
+            k[i] = there
+        return normalized(state + h * result(k))
+
+    return step
+
+
+@cache
+def build_part_turn(system: System) -> wp.Function:
+    """Make the function that goes on from a node by an angle of the spin that is less than to the next."""
+    rates, step, here_type = build_moving_rates(system), build_spun_step(system), system.medium.here_type
+    stage_spins = build_stage_spins()
+
+    @wp.func
+    def part_turn(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        spin_at_start: wp.vec2d,
+        node: int,
+        fine: int,
+        angle: wp.float64,
+        begin: State,
+    ) -> State:
+        sense = wp.sign(drive.spin_rate)
+        part = angle / wp.float64(fine)
+        h = part / wp.abs(drive.spin_rate)
+        spins = stage_spins(sense * part)
+        so_far = sense * wp.float64(node) * PER_NODE
+        spin = spin_ahead(spin_at_start, wp.cos(so_far), wp.sin(so_far))
+        state = begin
+        for _ in range(fine):
+            k0, lag = rates(body, here, drive, magnets, spin, state)
+            state = step(body, here, drive, magnets, spin, spins, h, state, k0)
+            spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
+        return state
+
+    return part_turn
+
+
+@wp.func
+def tail_end(state: State, tail: wp.float64) -> wp.vec3d:
+    """Where the helix ends (m), ``tail`` behind the head's centre."""
+    rotation = rotation_matrix(state)
+    return head_position(state) - tail * wp.vec3d(rotation[0, 0], rotation[1, 0], rotation[2, 0])
+
+
+@wp.func
+def about_axis(old: State, new: State) -> wp.float64:
+    """Sine of half the angle by which the body rolled about its long axis from one state to the next."""
+    return old[3] * new[4] - old[4] * new[3] - old[5] * new[6] + old[6] * new[5]
+
+
+@cache
+def build_turn(system: System) -> wp.Function:
+    """Make the map over one turn of the magnet: what it does, and its shape at the nodes, its last row the end."""
+    rates, step, here_type = build_moving_rates(system), build_spun_step(system), system.medium.here_type
+    stage_spins = build_stage_spins()
+
+    @wp.func
+    def turn(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        tail: wp.float64,
+        spin_at_start: wp.vec2d,
+        fine: int,
+        start: State,
+    ):
+        h = PER_NODE / (wp.abs(drive.spin_rate) * wp.float64(fine))
+        spins = stage_spins(drive.spin_rate * h)
+        half = wp.vec2d(ONE, ZERO)  # cosine and sine of half the angle to a node
+        state = normalized(start)
+        begin = state
+        spin = spin_at_start
+        shape = Shape()
+        result = Turn()
+        result.cosine = ONE
+        k0, lag = rates(body, here, drive, magnets, spin, state)
+        roll = wp.float64(1.0)
+        nodes = int(NODES)  # not unrolled: a step is much code
+        for node in range(nodes):
+            for _ in range(fine):
+                state = step(body, here, drive, magnets, spin, spins, h, state, k0)
+                spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
+                k0, lag = rates(body, here, drive, magnets, spin, state)
+                result.cosine = wp.min(result.cosine, lag[0] / wp.max(wp.length(lag), TINY))
+            if node == 0 and about_axis(begin, state) < ZERO:
+                roll = -ONE
+            half = spin_ahead(half, HALF_COSINE, HALF_SINE)
+            seen = rolled(state, half[0], -roll * half[1])
+            moved = wp.max(
+                wp.length(head_position(seen) - head_position(begin)),
+                wp.length(tail_end(seen, tail) - tail_end(begin, tail)),
+            )
+            result.reach = wp.max(result.reach, moved)
+            for i in range(7):
+                shape[node, i] = seen[i]
+            result.end = seen
+            result.lag = lag
+        return result, shape, roll
+
+    return turn

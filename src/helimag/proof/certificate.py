@@ -1,0 +1,396 @@
+"""A proof on file: the decimals of the scenario, the tube, and what is claimed of it; and the check of all three.
+
+The check takes nothing on trust: it reads the scenario's decimals, encloses the bounds of the tube once more and draws
+the conclusions again. The search for the tube has no part in it.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from helimag.errors import FileError, InputError
+from helimag.files import replacing
+from helimag.hydrodynamics import resistance
+from helimag.proof.balls import PRECISION, arithmetic, exact, largest, lower, root_of_squares, size, upper
+from helimag.proof.clearance import clearance
+from helimag.proof.exact import WIRE_MODELS, Inputs
+from helimag.proof.motion import LENGTH, Swimming
+from helimag.proof.theorem import Disc, enters, theorem_of
+from helimag.proof.tube import (
+    NO_LEAN,
+    N,
+    Straight,
+    Tube,
+    Views,
+    deviations,
+    frame_at,
+    leans,
+    spans_of,
+    straights_of,
+    views_of,
+)
+from helimag.proof.waves import Waves, basis
+from helimag.scenario import Scenario, parse
+
+if TYPE_CHECKING:
+    from flint import arb, arb_mat
+
+FORMAT = "helimag proof 1"
+OUTWARD = 1.0 + 1e-12  # what the rounding of a few floats cannot undo
+TURN_PER_LENGTH = math.radians(0.1) / 1e-4  # rad/m: a ball of starts of 0.1 mm is one of 0.1 degrees
+
+
+@dataclass(frozen=True)
+class Claims:
+    """What a certificate says is proved. SI; lengths of a box are half widths.
+
+    Attributes
+    ----------
+    existence, stability, instability, bound, multipliers, tube_multipliers
+        As in :class:`helimag.proof.theorem.Theorem`.
+    box
+        (3,): around the curve's place at the start of a turn, within which the orbit's head is then, m.
+    turned
+        How far the orbit's attitude may then be from the curve's, rad.
+    tube
+        (3,): half widths of the tube there, m.
+    basin, basin_turned
+        A start whose head is no further than this from the curve's place (m), and turned no further (rad), is in the
+        tube.
+    clearance
+        All in the tube keeps this distance from walls, floor, surface and magnets, m; None in open water without any.
+    """
+
+    existence: bool
+    stability: bool
+    instability: bool
+    bound: float
+    box: tuple[float, float, float]
+    turned: float
+    tube: tuple[float, float, float]
+    basin: float
+    basin_turned: float
+    clearance: float
+    multipliers: tuple[Disc, ...]
+    tube_multipliers: tuple[Disc, ...]
+
+    @property
+    def proved(self) -> bool:
+        """Whether an orbit exists, attracts and keeps clear of everything."""
+        return self.existence and self.stability and self.clearance > 0.0
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A tube for a scenario, inputs with a tolerance, and the claims."""
+
+    scenario: Scenario
+    within: Mapping[str, str]
+    tube: Tube
+    claims: Claims
+
+    def text(self) -> str:
+        """The certificate as JSON, closed by the hash of all before it."""
+        content = self.content()
+        parts = (
+            f"{json.dumps(key)}: {json.dumps(value, separators=(',', ':'), allow_nan=False)}"
+            for key, value in (content | {"sha256": digest(content)}).items()
+        )
+        return "{" + ",\n".join(parts) + "}\n"
+
+    def covers(self, scenario: Scenario) -> bool:
+        """Whether this is about a scenario: the same but for how long it is run and what it is called."""
+        return _matter(settled(scenario)) == _matter(self.scenario)
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the content."""
+        return digest(self.content())
+
+    def content(self) -> dict[str, Any]:
+        """All but the hash, as JSON has it."""
+        tube = self.tube
+        return {
+            "format": FORMAT,
+            "scenario": self.scenario.to_toml(),
+            "within": dict(self.within),
+            "arithmetic": {"library": "python-flint", "precision_bits": PRECISION, "unit_length_m": str(LENGTH)},
+            "tube": {
+                "cos": tube.waves.cos.tolist(),
+                "sin": tube.waves.sin.tolist(),
+                "lean_cos": tube.lean.cos.tolist(),
+                "lean_sin": tube.lean.sin.tolist(),
+                **{name: list(getattr(tube, name)) for name in ("blocks", "radii", "entry", "decay", "swing", "odd")},
+                **{name: getattr(tube, name) for name in ("spans", "order", "fine", "coarse")},
+            },
+            "claims": json.loads(json.dumps(asdict(self.claims))),
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write the certificate.
+
+        Raises
+        ------
+        FileError
+            Where the file cannot be written.
+        """
+        with replacing(path) as beside:
+            beside.write_text(self.text(), encoding="utf-8")
+
+
+def settled(scenario: Scenario) -> Scenario:
+    """The scenario with its resistance as a matrix where it is solved for in floats: that matrix is then an input."""
+    device = scenario.device
+    model = device.hydrodynamics.model
+    if model == "matrix" or (device.helix is not None and model in WIRE_MODELS):
+        return scenario
+    matrix = resistance(device, scenario.fluid)
+    even = (matrix + matrix.T) / 2.0
+    return scenario.replaced({"device.hydrodynamics": {"model": "matrix", "resistance": even.tolist()}})
+
+
+def _matter(scenario: Scenario) -> dict[str, Any]:
+    """What decides the motion and its clearance."""
+    return {key: value for key, value in scenario.decisive.items() if key != "run"}
+
+
+def digest(content: Mapping[str, Any]) -> str:
+    """SHA-256 of a certificate's content."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def dynamics_of(scenario: Scenario, within: Mapping[str, str]) -> Views:
+    """The enclosed equations of motion of a scenario, some inputs with a tolerance."""
+    widths = {path: Fraction(width) for path, width in within.items()}
+    plain = Swimming(Inputs(scenario).constants())
+    if not widths:
+        return views_of(plain)
+    leaning, over = (Swimming(Inputs(scenario, widths, view).constants(), plain=False) for view in ("middle", "over"))
+    return Views(plain, leaning, over)
+
+
+def claims_of(
+    scenario: Scenario, within: Mapping[str, str], tube: Tube, straights: Sequence[Straight] | None = None
+) -> Claims | None:
+    """All that the enclosures prove of a tube, None where they hold nothing; the only place where claims come from.
+
+    Raises
+    ------
+    InputError
+        Where the scenario is one of which nothing can be proved.
+    """
+    with arithmetic():
+        dynamics = dynamics_of(scenario, within)
+        try:
+            spans = spans_of(dynamics, tube, straights or straights_of(dynamics, tube))
+            frame = frame_at(dynamics.middle, tube, exact(0))
+            across = frame.inv()
+        except ZeroDivisionError:  # a ball of frames that holds a singular one
+            return None
+        theorem = theorem_of(tube, spans)
+        widths = {path: Fraction(width) for path, width in within.items()}
+        clear = clearance(scenario, Swimming(Inputs(scenario, widths).constants()), tube, spans)
+        narrow = deviations(tube, frame, [exact(theorem.share) * exact(r) for r in tube.radii])
+        box, whole = (_leaning_too(tube, each) for each in (narrow, deviations(tube, frame, tube.radii)))
+        entered = theorem.stability and not within and enters(tube, spans, tube.entry)
+        # where inputs have a tolerance, each value has a tube of its own, and no ball is in all of them for sure
+        basin = 0.0 if within else ball_in(tube, across, tube.entry if entered else tube.radii)
+    if not (theorem.existence and math.isfinite(clear) and np.isfinite([theorem.bound, *box, *whole]).all()):
+        return None
+    return Claims(
+        existence=theorem.existence,
+        stability=theorem.stability,
+        instability=theorem.instability,
+        bound=theorem.bound,
+        box=_metres(box[:3]),
+        turned=float(np.linalg.norm(box[3:])) * OUTWARD,
+        tube=_metres(whole[:3]),
+        basin=basin,
+        basin_turned=basin * TURN_PER_LENGTH,
+        clearance=clear,
+        multipliers=theorem.multipliers,
+        tube_multipliers=theorem.tube_multipliers,
+    )
+
+
+def _leaning_too(tube: Tube, reach: "list[arb]") -> list[float]:
+    """Upper bounds of deviations (6,) from the curve as a turn begins, how far it leans with the inputs included."""
+    lean = leans(tube, Swimming.components, exact(0))
+    # a quaternion of length near 1 that changes by e turns by at most 2 asin(e / length), each axis by no more
+    waves = tube.waves.matrix * basis(tube.waves.cos.shape[1], exact(0), 1)
+    length = sum((waves[i, 0] * waves[i, 0] for i in range(3, 7)), exact(0)).sqrt()
+    turned = 3 * root_of_squares(lean[3:]) / length
+    return [upper(size(r) + size(extra)) for r, extra in zip(reach, [*lean[:3], *[turned] * 3], strict=True)]
+
+
+def _metres(lengths: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = (float(LENGTH) * OUTWARD * length for length in lengths)
+    return x, y, z
+
+
+def ball_in(tube: Tube, across: "arb_mat", radii: Sequence[float]) -> float:
+    """Radius (m) of a ball of places and, times ``TURN_PER_LENGTH``, of attitudes that lies within radii by block.
+
+    An angle is at least 0.99 times as long as four times its modified Rodrigues parameters, up to half a radian.
+    """
+    turn = exact(TURN_PER_LENGTH) * 100 / 99
+    radius = exact(0.5) / exact(TURN_PER_LENGTH)
+    for rows, width in zip(tube.columns, radii, strict=True):
+        place = root_of_squares(across[i, j] for i in rows for j in range(3)) / exact(LENGTH)
+        attitude = root_of_squares(across[i, j] for i in rows for j in range(3, N))
+        radius = -largest([-radius, -exact(width) / (place + attitude * turn)])
+    return max(lower(radius), 0.0)
+
+
+def read_certificate(text: str) -> Certificate:
+    """A certificate from its text, its hash compared.
+
+    Raises
+    ------
+    InputError
+        Where it is none, or is not as it was written.
+    """
+    try:
+        content = json.loads(text)
+        recorded = content.pop("sha256")
+        if content["format"] != FORMAT:
+            raise InputError(f"a certificate must be of the format '{FORMAT}'; got '{content['format']}'")
+        if digest(content) != recorded:
+            raise InputError("the certificate's content is not what its sha256 was made of: it was changed")
+        tube = {name: value for name, value in content["tube"].items() if not name.endswith(("cos", "sin"))}
+        lists = {name: tuple(value) for name, value in tube.items() if isinstance(value, list)}
+        waves, lean = (
+            Waves(*(np.array(content["tube"][f"{of}{name}"], dtype=float) for name in ("cos", "sin")))
+            for of in ("", "lean_")
+        )
+        if not lean.count:
+            lean = NO_LEAN
+        claims = content["claims"]
+        discs = {key: tuple(Disc(**disc) for disc in claims[key]) for key in ("multipliers", "tube_multipliers")}
+        triples = {key: tuple(claims[key]) for key in ("box", "tube")}
+        certificate = Certificate(
+            parse(content["scenario"], "the certificate's scenario"),
+            content["within"],
+            Tube(waves, lean=lean, **(tube | lists)),
+            Claims(**(claims | discs | triples)),
+        )
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"this is no certificate of a proof: {error}") from None
+    if certificate.content() != content:
+        raise InputError("the certificate says what this version does not: it was made by another, or changed")
+    return certificate
+
+
+def check(certificate: Certificate) -> Claims:
+    """Enclose everything once more and compare with what is claimed.
+
+    Returns
+    -------
+    Claims
+        Those of the certificate, proved again.
+
+    Raises
+    ------
+    InputError
+        Where the enclosures do not prove exactly these claims.
+    """
+    _require_whole(certificate.tube, len(certificate.within))
+    found = claims_of(certificate.scenario, certificate.within, certificate.tube)
+    if found is None:
+        raise InputError("the certificate proves nothing: its tube is not shown to hold an orbit")
+    if found != certificate.claims:
+        wrong = [name for name, value in asdict(found).items() if value != asdict(certificate.claims)[name]]
+        raise InputError(f"the certificate claims what its tube does not prove: {', '.join(wrong)}")
+    return found
+
+
+def check_file(path: str | Path) -> Certificate:
+    """Read a certificate and prove its claims again.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+    InputError
+        Where it is no certificate, was changed, or claims what it does not prove.
+    """
+    certificate = certificate_in(path)
+    check(certificate)
+    return certificate
+
+
+def certificate_in(path: str | Path) -> Certificate:
+    """A certificate from its file, its hash compared.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+    InputError
+        Where it is no certificate, or was changed.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is no certificate of a proof: it is not text") from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    return read_certificate(text)
+
+
+def _require_whole(tube: Tube, inputs: int) -> None:
+    """Refuse a tube whose parts do not fit together: the bounds are sums over them."""
+    count, sizes = len(tube.radii), np.diff([*tube.blocks, N])
+    fits = (
+        tube.waves.cos.shape == tube.waves.sin.shape
+        and tube.waves.count == Swimming.components + N * N
+        and tube.lean.cos.shape == tube.lean.sin.shape
+        and tube.lean.count == Swimming.components * inputs
+        and count == len(tube.blocks) == len(tube.entry) == len(tube.decay) == len(tube.swing) == len(tube.odd)
+        and tube.blocks[:1] == (0,)
+        and bool(np.isin(sizes, (1, 2)).all())
+        and all(radius > 0.0 for radius in (*tube.radii, *tube.entry))
+        and bool(np.isfinite(tube.lean.cos).all() and np.isfinite(tube.lean.sin).all())
+        and bool(np.isfinite(tube.waves.cos).all() and np.isfinite(tube.waves.sin).all())
+        and all(math.isfinite(value) for value in (*tube.radii, *tube.entry, *tube.decay, *tube.swing))
+        and min(tube.spans, tube.order, tube.fine, tube.coarse) >= 1
+        and tube_closes(tube)
+    )
+    if not fits:
+        raise InputError("the certificate's tube is not one: its blocks, columns and radii do not fit together")
+
+
+def tube_closes(tube: Tube) -> bool:
+    """Whether curve and frame come back after a turn: the place as it was, quaternion and columns up to their sign."""
+    count = Swimming.components
+    turned = any(
+        _returns(tube.waves, slice(count - 4, count), odd) and _lean_returns(tube, odd) for odd in (True, False)
+    )
+    closed = _returns(tube.waves, slice(0, 3), False) and turned
+    for odd, columns in zip(tube.odd, tube.columns, strict=True):
+        rows = slice(Swimming.components + N * columns.start, Swimming.components + N * columns.stop)
+        closed &= _returns(tube.waves, rows, odd)
+    return closed
+
+
+def _lean_returns(tube: Tube, odd: bool) -> bool:
+    """Whether the leaning comes back after a turn as the curve does, its quaternion with the other sign if ``odd``."""
+    begins = range(0, tube.lean.count, Swimming.components)
+    return all(
+        _returns(tube.lean, slice(b, b + 3), False) and _returns(tube.lean, slice(b + 3, b + 7), odd) for b in begins
+    )
+
+
+def _returns(waves: Waves, rows: slice, odd: bool) -> bool:
+    """Whether functions come back after a turn: with the other sign if ``odd``."""
+    wrong = slice(0 if odd else 1, None, 2)
+    return not (waves.cos[rows, wrong].any() or waves.sin[rows, wrong].any())

@@ -1,0 +1,214 @@
+"""Prove an orbit: guess a tube around it in floats, and let the enclosures decide."""
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from helimag.orbits import Orbit
+from helimag.proof.balls import arithmetic
+from helimag.proof.certificate import Certificate, Claims, claims_of, dynamics_of, settled
+from helimag.proof.exact import Inputs, require_provable
+from helimag.proof.guess import Extent, Guess, extent_of, guess_around
+from helimag.proof.motion import Constants, Source, Swimming
+from helimag.proof.tube import Straight, Tube, straights_of
+from helimag.scenario import Scenario
+
+if TYPE_CHECKING:
+    pass
+
+GRIDS: tuple[dict[str, int], ...] = (
+    {"spans": 96, "order": 10, "fine": 18, "coarse": 3},
+    {"spans": 192, "order": 12, "fine": 20, "coarse": 3},
+    {"spans": 384, "order": 12, "fine": 20, "coarse": 3},
+)  # how time is cut; finer where coarser does not decide
+SIZES = ((0.65, 0.9), (0.3, 0.7), (0.1, 0.5), (0.01, 0.5))  # of the tube and the starts that floats suggest
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proof:
+    """What was proved of an orbit, or why nothing was.
+
+    Attributes
+    ----------
+    existence
+        An orbit exists near the one found, and there is no other in the tube around it.
+    stability
+        It attracts every start in the tube, for all time.
+    bound
+        Of the norm of the linearised map of one turn of the magnet, over the whole tube, in suitable coordinates; below
+        one where stable, nan where nothing is proved.
+    box
+        Half width of the box, about ``certificate``'s curve, that holds the orbit's head at the start of a turn, m.
+    reason
+        What is proved in a sentence, or why it is not.
+    seconds
+        Time that it took.
+    certificate
+        What a checker needs; None where not even existence is proved.
+    """
+
+    orbit: Orbit
+    existence: bool = False
+    stability: bool = False
+    bound: float = math.nan
+    box: float = math.nan
+    reason: str
+    seconds: float
+    certificate: Certificate | None = None
+
+    @property
+    def proved(self) -> bool:
+        """Whether an orbit is proved to exist, to attract and to keep clear of everything."""
+        return self.certificate is not None and self.certificate.claims.proved
+
+    def __repr__(self) -> str:
+        return f"<Proof of {self.orbit.scenario.title}: {self.reason}>"
+
+
+def prove(orbit: Orbit) -> Proof:
+    """Prove that an orbit exists, alone, and attracts: a theorem about the model at the scenario's decimals.
+
+    Parameters
+    ----------
+    orbit
+        As :func:`helimag.find_orbit` gives it.
+
+    Returns
+    -------
+    Proof
+        With a certificate that :func:`helimag.proof.check` proves again; or with the reason why there is none.
+
+    Raises
+    ------
+    InputError
+        Where the scenario is one of which nothing can be proved: a cylinder's field, drag that depends on the place.
+    MissingExtra
+        Where python-flint is not installed.
+    """
+    begun = time.perf_counter()
+
+    def ended(reason: str, certificate: Certificate | None = None) -> Proof:
+        seconds = time.perf_counter() - begun
+        if certificate is None:
+            return Proof(orbit=orbit, reason=reason, seconds=seconds)
+        claims = certificate.claims
+        return Proof(
+            orbit=orbit,
+            existence=claims.existence,
+            stability=claims.stability,
+            bound=claims.bound,
+            box=max(claims.box),
+            reason=reason,
+            seconds=seconds,
+            certificate=certificate,
+        )
+
+    require_provable(orbit.scenario)
+    scenario = settled(orbit.scenario)
+    with arithmetic():
+        constants = Inputs(scenario).constants()
+    if not orbit.found:
+        return ended(f"no orbit was found to prove anything of ({orbit.status})")
+    floats = Swimming(in_floats(constants))
+    guess = guess_around(floats, orbit.state)
+    if isinstance(guess, str):
+        return ended(f"not proved: {guess}")
+    best: Claims | None = None
+    for tubes in tubes_to_try(guess, extent_of(guess, floats)):
+        straights = _straights(scenario, tubes[0])
+        if straights is None:
+            continue
+        for tube in tubes:
+            claims = claims_of(scenario, {}, tube, straights)
+            if claims is not None and (claims.stability or not orbit.stable):
+                return ended(sentence(claims), Certificate(scenario, {}, tube, claims))
+            best = best or claims
+    return ended(_why_not(guess, best))
+
+
+def _straights(scenario: Scenario, tube: Tube) -> list[Straight] | None:
+    """What holds on the curve, for all tubes around it; None where a span is too long for its frames to be inverted."""
+    with arithmetic():
+        try:
+            return straights_of(dynamics_of(scenario, {}), tube)
+        except ZeroDivisionError:
+            return None
+
+
+def in_floats(constants: Constants) -> Constants:
+    """The same constants as floats, for the search."""
+    values = {name: _float(value) for name, value in vars(constants).items() if name not in {"sources", "spin_sign"}}
+    sources = tuple(Source(**{name: _float(value) for name, value in vars(s).items()}) for s in constants.sources)
+    return replace(constants, sources=sources, **values)
+
+
+def _float(value: Any) -> Any:
+    return [_float(each) for each in value] if isinstance(value, (list, tuple)) else float(value)
+
+
+def tubes_to_try(guess: Guess, extent: Extent) -> Iterator[list[Tube]]:
+    """Tubes to try for each grid of time, wide ones first."""
+    for grid in GRIDS:
+        yield [
+            Tube(
+                waves=guess.waves,
+                blocks=guess.blocks,
+                radii=_rounded(part * extent.radii),
+                entry=_rounded(share * part * extent.entry),
+                decay=guess.decay,
+                swing=guess.swing,
+                odd=guess.odd,
+                spans=grid["spans"],
+                order=grid["order"],
+                fine=grid["fine"],
+                coarse=grid["coarse"],
+            )
+            for part, share in SIZES
+        ]
+
+
+def _rounded(radii: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(float(f"{radius:.4g}") for radius in radii)
+
+
+def sentence(claims: Claims) -> str:
+    """What is proved, in words."""
+    place = f"an orbit exists within {_length(max(claims.box))} of the curve given, alone in a tube around it"
+    if not claims.stability:
+        fate = "it is unstable" if claims.instability else "whether it attracts is not proved"
+        return f"{place}; {fate}"
+    turned = f"{math.degrees(claims.basin_turned):.2g} deg"
+    stays = f"every start within {_length(claims.basin)} and {turned} of it stays near and tends to it for ever"
+    clear = f"at least {_length(claims.clearance)} from all around it"
+    if not claims.clearance > 0.0:
+        clear = "that it keeps clear of what is around it is not proved"
+    return f"{place}; {stays}; a turn multiplies distances by at most {_below_one(claims.bound)}; {clear}"
+
+
+def _below_one(bound: float) -> str:
+    """A bound rounded up, so that it is never said smaller than it is."""
+    return f"{math.ceil(bound * 1e6) / 1e6:.6f}" if bound < 0.999999 else repr(bound)
+
+
+def _length(length: float) -> str:
+    for unit, name in ((1e-3, "mm"), (1e-6, "um"), (1e-9, "nm")):
+        if length >= unit:
+            return f"{length / unit:.3g} {name}"
+    return f"{length / 1e-9:.2g} nm"
+
+
+def _why_not(guess: Guess, claims: Claims | None) -> str:
+    """Why the enclosures do not decide: what the slowest motion is, and what it would have to stand against."""
+    slowest = min(guess.decay, key=abs)
+    fold = "near a fold, where an orbit ends, " if guess.swing[guess.decay.index(slowest)] == 0.0 else ""
+    if claims is not None:
+        return f"not proved: an orbit exists, but in no tube tried does every motion approach it ({slowest:.2g} a turn)"
+    return (
+        f"not proved: {fold}the slowest motion changes by {abs(slowest):.2g} of itself a turn, and in no tube tried is "
+        "the change of the linearised motion smaller than that"
+    )

@@ -1,0 +1,13 @@
+"""The studio: a local web page with live run, scene, charts, map and the rest (``pip install helimag[studio]``)."""
+
+from importlib.util import find_spec
+
+from helimag.errors import MissingExtra
+
+if find_spec("nicegui") is None:
+    raise MissingExtra("the studio needs nicegui: pip install helimag[studio]")
+
+from helimag.studio.intake import link_of
+from helimag.studio.server import serve
+
+__all__ = ["link_of", "serve"]

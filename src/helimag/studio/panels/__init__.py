@@ -1,0 +1,1 @@
+"""Parts of the page, each in a file: inputs, verdict, scene, charts, map, compare, robot, explain, ensemble."""

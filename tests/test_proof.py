@@ -1,0 +1,434 @@
+"""Proofs of orbits, certificates, and their check: what is proved, that nothing else is, and that changes are seen."""
+
+import copy
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("flint")
+
+import command_line
+import helimag as hm
+import oracles
+from helimag.engine import advance
+from helimag.errors import FileError, InputError
+from helimag.orbits.strobe import chart, to_lab, to_moving
+from helimag.proof import (
+    Certificate,
+    Proof,
+    certificate_in,
+    certificate_of,
+    check,
+    check_file,
+    prove,
+    read_certificate,
+    tolerated,
+    with_certificate,
+)
+from helimag.proof import certificate as certificates
+from helimag.proof.exact import parts, written
+from helimag.proof.tolerance import PATHS
+from helimag.proof.waves import Waves
+from helimag.robot import load_cell, plan
+from helimag.robot.programme import programme_texts
+
+# the device of today's Fig. 3(C), nose first; and set D2, tail first
+CELL = load_cell().model_copy(update={"obstacle": ()})  # the circle begins outside the tank of the default one
+BAR = {"2.5 Hz 12.7": (2.5, 12.7), "2.0 Hz 14": (2.0, 14.0), "2.5 Hz 8": (2.5, 8.0), "3.0 Hz 10": (3.0, 10.0)}
+
+
+def scenario_at(frequency: float, pitch: float, **changes: object) -> hm.Scenario:
+    scenario = oracles.scenario_of(oracles.case(**changes))
+    return scenario.replaced({"drive.frequency": f"{frequency} Hz", "drive.pitch": f"{pitch} deg"})
+
+
+def tail_first() -> hm.Scenario:
+    device = {
+        "left": False, "yaw": -0.031, "wire": 0.1938e-3, "head": 0.553e-3, "weight": 51.6e-6, "gravity_center": -3.8e-3,
+        "viscosity": 1.65,
+    }  # fmt: skip
+    return scenario_at(3.3, -12.7, **device).replaced({"drive.yaw_rate": "-1.8 deg/s"})
+
+
+@pytest.fixture(scope="module")
+def orbit() -> hm.Orbit:
+    scenario = scenario_at(2.5, 12.7).replaced({"drive.yaw_rate": "1.8 deg/s"})
+    return hm.find_orbit(scenario, near=np.array([-7.6e-3, -12.8e-3, -11.9e-3, -0.026, -0.2, -0.491, 0.847]))
+
+
+@pytest.fixture(scope="module")
+def proof(orbit: hm.Orbit) -> Proof:
+    return prove(orbit)
+
+
+@pytest.fixture(scope="module")
+def certificate(proof: Proof) -> Certificate:
+    assert proof.certificate is not None
+    return proof.certificate
+
+
+def test_the_orbit_is_proved(proof: Proof) -> None:
+    assert proof.proved
+    assert proof.existence
+    assert proof.stability
+    assert proof.bound < 1.0
+    assert 0.0 < proof.box < 1e-8
+    assert "tends to it for ever" in proof.reason
+    assert 1e-6 < proof.certificate.claims.basin < 1e-3
+
+
+def test_multipliers_of_the_box_hold_those_in_floats(proof: Proof, orbit: hm.Orbit) -> None:
+    claims = proof.certificate.claims
+    for discs in (claims.multipliers, claims.tube_multipliers):
+        for multiplier in orbit.multipliers:
+            distances = [
+                abs(complex(multiplier.real, abs(multiplier.imag)) - complex(d.real, d.imag)) - d.radius for d in discs
+            ]
+            assert min(distances) <= 0.0
+    # and as tightly that the slowest decay is known to four digits
+    slowest = claims.multipliers[0]
+    assert slowest.radius < 1e-4 * (1.0 - abs(complex(slowest.real, slowest.imag))) * 50.0
+    assert proof.bound >= max(abs(orbit.multipliers)) - 1e-9
+
+
+def test_the_curve_is_the_orbit(certificate: Certificate, orbit: hm.Orbit) -> None:
+    """The place claimed holds the orbit that Newton's method found, to the integration's own error."""
+    at = certificate.tube.waves.values(np.zeros(1))[:3, 0] * 0.01
+    assert np.all(np.abs(at - orbit.position) <= np.array(certificate.claims.box) + 10.0 * orbit.position_error + 1e-10)
+
+
+def test_starts_on_the_edge_of_the_basin_come_in(certificate: Certificate, orbit: hm.Orbit) -> None:
+    """Runs of the engine from random starts of the proved ball, at its edge: nearer after a while, as proved."""
+    rng = np.random.default_rng(5)
+    claims, scenario = certificate.claims, orbit.scenario
+    starts = []
+    for _ in range(3):
+        away, axis = rng.normal(size=3), rng.normal(size=3)
+        by = np.concatenate([away / np.linalg.norm(away) * claims.basin / 0.15, axis / np.linalg.norm(axis)])
+        by[3:] *= claims.basin_turned
+        starts.append(chart.moved(orbit.state[None], by[None], np.array([0.15]))[0])
+    turns = 4000
+    period = 1.0 / scenario.drive.frequency
+    run = scenario.replaced({"run.duration": turns * period, "run.interval": turns * period})
+    lab = to_lab(scenario, np.zeros(3), np.array(starts))
+    for history in advance([run] * 3, initial_states=lab, tolerance=1e-11):
+        end = to_moving(scenario, history.time[-1:], history.states[-1:])[0]
+        left = np.linalg.norm(end[:3] - orbit.position)
+        # the slowest swing alone has decayed by exp(-0.86) by then
+        assert left < 0.7 * claims.basin
+
+
+def test_the_clearance_is_that_of_the_orbit(certificate: Certificate, orbit: hm.Orbit) -> None:
+    """The magnet is what is nearest: the gap between it and the head, a little less what the tube is wide."""
+    scenario = orbit.scenario
+    states, _ = hm.orbits.strobe.Problem([scenario]).advance(
+        np.zeros(40, dtype=np.int64), np.repeat(orbit.state[None], 40, axis=0), np.full(40, 20), np.zeros(40),
+        np.linspace(0.0, 1.0, 40),
+    )  # fmt: skip
+    arm = hm.orbits.strobe.Problem([scenario]).arm[0]
+    gap = np.linalg.norm(states[:, :3] - arm, axis=1).min() - scenario.contact_distance
+    assert certificate.claims.clearance <= gap
+    assert certificate.claims.clearance == pytest.approx(gap, abs=2e-4)
+
+
+def test_walls_too_near_are_not_cleared(certificate: Certificate, orbit: hm.Orbit) -> None:
+    """A floor that the tube reaches is never passed over: nothing is proved then, and said why."""
+    low = orbit.height_range[0]
+    floor = orbit.scenario.replaced({"workspace.floor": low})
+    claims = certificates.claims_of(floor, {}, certificate.tube)
+    assert claims.stability
+    assert claims.clearance < 0.0
+    assert not claims.proved
+
+
+# ---------------------------------------------------------------------------------------------------- certificates
+
+
+def numbers_in(value, path=()):
+    """Paths of all numbers, flags and texts of a certificate's content."""
+    if isinstance(value, dict):
+        for key, each in value.items():
+            yield from numbers_in(each, (*path, key))
+    elif isinstance(value, list):
+        for i, each in enumerate(value):
+            yield from numbers_in(each, (*path, i))
+    else:
+        yield path
+
+
+def changed(value):
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int):
+        return value + 1
+    if isinstance(value, float):
+        return math.nextafter(value, math.inf)
+    digit = next((i for i, letter in enumerate(value) if letter.isdigit()), None)
+    if digit is None:
+        return value + "x"
+    return value[:digit] + str((int(value[digit]) + 1) % 10) + value[digit + 1 :]
+
+
+def put(content, path, by):
+    at = content
+    for key in path[:-1]:
+        at = at[key]
+    at[path[-1]] = by(at[path[-1]])
+
+
+def test_a_certificate_comes_back_and_holds(certificate: Certificate, tmp_path) -> None:
+    path = tmp_path / "orbit.json"
+    certificate.save(path)
+    again = certificate_in(path)
+    assert again.text() == certificate.text()
+    assert again.claims == certificate.claims
+    assert again.hash == certificate.hash
+
+
+def test_a_certificate_with_any_one_number_changed_is_refused(certificate: Certificate) -> None:
+    """Every number, by one bit; every flag; every text, the scenario's digits too."""
+    content = json.loads(certificate.text())
+    paths = list(numbers_in(content))
+    assert len(paths) > 2000
+    sealed = content.pop("sha256")
+    for i, path in enumerate(paths):
+        if path == ("sha256",):
+            continue
+        original = _at(content, path)
+        put(content, path, changed)
+        assert certificates.digest(content) != sealed, path
+        if i % 40 == 0 or path[0] != "tube":
+            with pytest.raises(InputError):
+                read_certificate(json.dumps(content | {"sha256": sealed}))
+        put(content, path, lambda _, value=original: value)
+    assert read_certificate(json.dumps(content | {"sha256": sealed})).text() == certificate.text()
+    with pytest.raises(InputError):
+        read_certificate(json.dumps(content | {"sha256": changed(sealed)}))
+
+
+def test_every_digit_of_the_scenario_counts(certificate: Certificate) -> None:
+    content = json.loads(certificate.text())
+    text = content["scenario"]
+    for i, letter in enumerate(text):
+        if letter.isdigit():
+            content["scenario"] = text[:i] + str((int(letter) + 1) % 10) + text[i + 1 :]
+            with pytest.raises(InputError):
+                read_certificate(json.dumps(content))
+
+
+def _at(content, path):
+    for key in path:
+        content = content[key]
+    return content
+
+
+def resealed(content) -> str:
+    """The text of a content that somebody changed who also knows how its hash is made."""
+    rest = {key: value for key, value in content.items() if key != "sha256"}
+    return json.dumps(rest | {"sha256": certificates.digest(rest)})
+
+
+def test_no_claim_is_believed(certificate: Certificate, monkeypatch) -> None:
+    """With the hash made anew: any other claim is refused, as the claims are drawn again from the tube.
+
+    The enclosures do not depend on the claims, so they are made once here.
+    """
+    made = certificates.claims_of(certificate.scenario, {}, certificate.tube)
+    assert made == certificate.claims
+    monkeypatch.setattr(certificates, "claims_of", lambda *_: made)
+    content = json.loads(certificate.text())
+    for path in list(numbers_in(content["claims"])):
+        forged = copy.deepcopy(content)
+        put(forged, ("claims", *path), changed)
+        with pytest.raises(InputError, match="does not prove"):
+            check(read_certificate(resealed(forged)))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda c: c.update(scenario=c["scenario"].replace('net_weight = "28.28 uN"', 'net_weight = "28.29 uN"')),
+    ],
+    ids=["weight"],
+)
+def test_what_is_not_so_is_not_proved_with_the_hash_made_anew(certificate: Certificate, change) -> None:
+    content = json.loads(certificate.text())
+    before = copy.deepcopy(content)
+    change(content)
+    assert content != before
+    with pytest.raises(InputError, match="prove"):
+        check(read_certificate(resealed(content)))
+
+
+BROKEN = {
+    "not closed": {"odd": (True, False, False, False)},
+    "no radius": {"radii": (0.0, 1e-5, 1e-5, 1e-5)},
+    "not a number": {"radii": (math.nan, 1e-5, 1e-5, 1e-5)},
+    "columns left out": {"blocks": (1, 2, 3, 4)},
+    "a block of three": {"blocks": (0, 3), "radii": (1e-5,) * 2, "entry": (1e-5,) * 2, "odd": (False,) * 2,
+                         "decay": (-1.0,) * 2, "swing": (0.0,) * 2},
+    "no time": {"spans": 0},
+    "a block without radius": {"radii": (1e-5,) * 3},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_tube_that_is_none_is_refused(certificate: Certificate, name) -> None:
+    with pytest.raises(InputError, match="not one"):
+        check(replace(certificate, tube=replace(certificate.tube, **BROKEN[name])))
+
+
+def test_a_curve_that_does_not_come_back_is_refused(certificate: Certificate) -> None:
+    waves = certificate.tube.waves
+    cos = waves.cos.copy()
+    cos[0, 1] = 1e-12  # half a wave in a turn
+    with pytest.raises(InputError, match="not one"):
+        check(replace(certificate, tube=replace(certificate.tube, waves=Waves(cos, waves.sin))))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[]", "null", '{"sha256": "0"}', '{"format": "helimag proof 2", "sha256": 1}']
+)
+def test_what_is_no_certificate_is_refused(text: str, tmp_path) -> None:
+    with pytest.raises(InputError):
+        read_certificate(text)
+    with pytest.raises(FileError):
+        check_file(tmp_path / "nothing.json")
+
+
+# --------------------------------------------------------------------------------------------- runs, programmes, CLI
+
+
+def test_a_run_carries_the_certificate(certificate: Certificate, orbit: hm.Orbit, tmp_path) -> None:
+    run = hm.simulate(orbit.scenario.replaced({"run.duration": "5 s"}))
+    assert certificate_of(run) is None
+    with_certificate(run, certificate).save(tmp_path / "run.nc")
+    again = hm.Trajectory.load(tmp_path / "run.nc")
+    assert certificate_of(again).text() == certificate.text()
+    other = hm.simulate(orbit.scenario.replaced({"run.duration": "5 s", "drive.pitch": "12.8 deg"}))
+    with pytest.raises(InputError, match="other inputs"):
+        with_certificate(other, certificate)
+
+
+def test_a_programme_names_the_certificate(certificate: Certificate, orbit: hm.Orbit) -> None:
+    short = plan(orbit.scenario.replaced({"run.duration": "20 s"}), CELL)
+    texts = programme_texts(short, certificate=certificate, accept_unbounded=True, name="proved")
+    assert f"certificate sha256 {certificate.hash}" in texts["proved.src"]
+    other = plan(orbit.scenario.replaced({"run.duration": "20 s", "drive.pitch": "12.8 deg"}), CELL)
+    with pytest.raises(InputError, match="other inputs"):
+        programme_texts(other, certificate=certificate, accept_unbounded=True)
+
+
+def test_command_proves_and_checks(proof: Proof, tmp_path, monkeypatch) -> None:
+    """From a scenario's file to a certificate that is read back; the proof itself is the one above."""
+    monkeypatch.setattr("helimag.proof.prove", lambda _: proof)
+    (tmp_path / "s.toml").write_text(scenario_at(2.5, 12.7).replaced({"drive.yaw_rate": "1.8 deg/s"}).to_toml())
+    path = tmp_path / "c.json"
+    said = command_line.run("orbit", tmp_path / "s.toml", "--prove", "--certificate", path, "--json")
+    assert said.status == 0, said.err
+    report = json.loads(said.out)["proof"]
+    assert report["proved"] is report["existence"] is report["stability"] is True
+    assert report["bound"] < 1.0
+    assert 0.0 < report["box_m"] < 1e-8
+    assert report["seconds"] > 0.0
+    assert "an orbit exists" in report["reason"]
+    assert report["certificate_sha256"] == read_certificate(path.read_text()).hash
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--prove", "--all"), "leave out --all"),
+        (("--certificate", "c.json"), "add --prove"),
+        (("--prove", "--certificate", "c.txt"), ".json"),
+        (("--prove", "--certificate", "nowhere/c.json"), "no folder"),
+        (("--prove", "--set", "magnet.field=cylinder"), "magnet.field"),
+    ],
+)
+def test_command_refuses_at_once(words, told) -> None:
+    said = command_line.run("orbit", "paper/fig3c", *words)
+    assert said.status == 2
+    assert told in said.err
+
+
+def test_no_orbit_is_no_proof() -> None:
+    found = hm.Orbit(scenario=scenario_at(2.5, 12.7), status=hm.orbits.OrbitStatus.NO_ORBIT)
+    result = prove(found)
+    assert not result.proved
+    assert not result.existence
+    assert result.certificate is None
+    assert "no orbit was found" in result.reason
+
+
+# ----------------------------------------------------------------------------------------------------------- nightly
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", BAR)
+def test_the_four_orbits(name: str) -> None:
+    scenario = scenario_at(*BAR[name]).replaced({"drive.yaw_rate": "1.8 deg/s"})
+    result = prove(hm.find_orbit(scenario))
+    assert result.proved, result.reason
+    assert result.seconds < 60.0
+    assert check(result.certificate) == result.certificate.claims
+
+
+@pytest.mark.nightly
+def test_inputs_may_be_off(certificate: Certificate) -> None:
+    """A box of four inputs, none of no width; and at its corners the orbit is where the certificate says."""
+    wide = tolerated(certificate)
+    assert wide is not None
+    assert set(wide.within) == set(PATHS)
+    assert all(float(width) > 0.0 for width in wide.within.values())
+    assert check(wide) == wide.claims
+    assert max(wide.claims.box) > 10.0 * max(certificate.claims.box)
+    middle = certificate.tube.waves.values(np.zeros(1))[:3, 0] * 0.01
+    for signs in ((1, 1, 1, 1), (1, -1, 1, -1), (-1, -1, 1, 1)):
+        changes = {}
+        for path, sign in zip(wide.within, signs, strict=True):
+            number, unit = parts(written(certificate.scenario, path))
+            changes[path] = f"{float(number) + sign * float(wide.within[path])!r} {unit}"
+        found = hm.find_orbit(certificate.scenario.replaced(changes), near=_state_near(certificate))
+        assert found.stable
+        assert np.all(np.abs(found.position - middle) <= np.array(wide.claims.box) + 1e-10)
+
+
+def _state_near(certificate: Certificate) -> np.ndarray:
+    at = certificate.tube.waves.values(np.zeros(1))[:7, 0]
+    return np.concatenate([0.01 * at[:3], at[3:]])
+
+
+@pytest.mark.nightly
+def test_tail_first_is_proved_too() -> None:
+    result = prove(hm.find_orbit(tail_first()))
+    assert result.proved, result.reason
+
+
+@pytest.mark.nightly
+def test_an_unstable_orbit_exists_and_is_not_proved_stable() -> None:
+    found = [each for each in hm.orbits.list_orbits(scenario_at(3.3, 12.0)) if not each.stable]
+    assert found
+    result = prove(found[0])
+    assert result.existence
+    assert not result.stability
+    assert not result.proved
+    assert result.bound > 1.0
+    assert result.certificate.claims.instability
+    # the outermost disc lies outside the unit circle as a whole
+    assert max(abs(complex(d.real, d.imag)) - d.radius for d in result.certificate.claims.multipliers) > 1.0
+
+
+@pytest.mark.nightly
+def test_near_a_fold_it_says_no() -> None:
+    """The stable stretch in pitch ends in a fold at 15.41904 deg."""
+    scenario = scenario_at(2.5, 12.7).replaced({"drive.yaw_rate": "1.8 deg/s"})
+    start = hm.find_orbit(scenario)
+    interval = hm.orbits.stable_interval(start, "drive.pitch", math.radians(10.0), math.radians(18.0))
+    assert interval.why_high == "fold"
+    near = hm.find_orbit(scenario.replaced({"drive.pitch": interval.high - math.radians(1e-7)}), near=start)
+    result = prove(near)
+    assert not result.proved
+    assert "not proved" in result.reason

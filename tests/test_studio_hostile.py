@@ -1,0 +1,329 @@
+"""What a hostile page, link, file or neighbour may send to the studio: refused, nothing written, nothing executed."""
+
+import base64
+import io
+import socket
+import zlib
+
+import pytest
+
+import browser
+import helimag as hm
+
+missing = browser.lacking()
+if missing is not None:
+    pytest.skip(missing, allow_module_level=True)
+
+from helimag.errors import HelimagError  # noqa: E402
+from helimag.studio.intake import (  # noqa: E402
+    link_of,
+    run_from_bytes,
+    scenario_from_bytes,
+    scenario_from_link,
+)
+from helimag.studio.spreads import spread_from_bytes  # noqa: E402
+
+GOOD = hm.load("paper/fig3c").to_toml()
+BODY = 'weight = { net_weight = "1 uN", gravity_center = "0 mm" }'
+FILES = ("/etc/passwd", "../../etc/passwd", "C:\\\\Windows\\\\win.ini", "file:///etc/passwd", "//elsewhere/share/x.stl")
+
+
+def linked(text):
+    return base64.urlsafe_b64encode(zlib.compress(text)).decode().rstrip("=")
+
+
+def with_body(name):
+    head = GOOD.split("[device]")[0]
+    return head + f'[device]\nmagnetic_moment = "6e-4 A m^2"\n{BODY}\nbody = {{ file = "{name}", unit = "mm" }}\n'
+
+
+HOSTILE_SCENARIOS = {
+    "empty": b"",
+    "not text": b"\xff\xfe\x00\x01",
+    "not TOML": b"<script>alert(1)</script>",
+    "huge": b'name = "' + b"x" * 2**20 + b'"',
+    "deep lists": b"a = " + b"[" * 4000 + b"]" * 4000,
+    "deep tables": ("a = " + "{b = " * 300 + "1" + "}" * 300).encode(),
+    "an integer of a million digits": b"a = " + b"9" * 200_000,
+    "unknown keys": GOOD.encode() + b'\n[__proto__]\nadmin = "yes"\n',
+    "not finite": GOOD.replace('frequency = "3.3 Hz"', 'frequency = "inf Hz"').encode(),
+    "a run of a year": GOOD.replace('duration = "1800 s"', 'duration = "3e7 s"').encode(),
+    "half a day of slow turns": GOOD.replace('duration = "1800 s"', 'duration = "40000 s"')
+    .replace('frequency = "3.3 Hz"', 'frequency = "0.5 Hz"')
+    .encode(),
+    "a billion samples": GOOD.replace('duration = "1800 s"', 'duration = "1800 s"\ninterval = "0.001 s"').encode(),
+    "a billion turns": GOOD.replace('frequency = "3.3 Hz"', 'frequency = "1e6 Hz"').encode(),
+    **{f"names the file {name}": with_body(name).encode() for name in FILES},
+}
+
+
+@pytest.mark.parametrize("content", HOSTILE_SCENARIOS.values(), ids=HOSTILE_SCENARIOS)
+def test_a_hostile_scenario_is_refused(content):
+    with pytest.raises(HelimagError) as refusal:
+        scenario_from_bytes(content)
+    assert len(str(refusal.value)) < 600
+    assert "root:" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_no_link_names_a_file(name):
+    with pytest.raises(HelimagError, match="must not name a file"):
+        scenario_from_link(linked(with_body(name).encode()))
+
+
+HOSTILE_LINKS = {
+    "nothing": "",
+    "not base64": "../../etc/passwd",
+    "markup": "<script>alert(1)</script>",
+    "not compressed": base64.urlsafe_b64encode(b"name = 1").decode(),
+    "a bomb": linked(b"#" * 200_000_000),
+    "cut short": link_of(hm.load("paper/fig3c"))[:-40],
+    "not text": linked(b"\xff\xff"),
+}
+
+
+@pytest.mark.parametrize("link", HOSTILE_LINKS.values(), ids=HOSTILE_LINKS)
+def test_a_hostile_link_is_refused(link):
+    with pytest.raises(HelimagError):
+        scenario_from_link(link)
+
+
+def test_a_bomb_is_not_unpacked():
+    with pytest.raises(HelimagError, match="its scenario does not end"):
+        scenario_from_link(HOSTILE_LINKS["a bomb"])
+
+
+def test_a_good_file_and_link_are_taken():
+    scenario = hm.load("paper/fig3c")
+    assert scenario_from_bytes(GOOD.encode()) == scenario
+    assert scenario_from_link(link_of(scenario)) == scenario
+
+
+def bomb():
+    """HDF5 that claims to hold far more numbers than it has bytes."""
+    import h5netcdf
+
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        file.dimensions = {"time": 10**9}
+        file.create_variable("position", ("time",), "f8", chunks=(10**6,))
+    return content.getvalue()
+
+
+HOSTILE_RUNS = {
+    "not netCDF": (".nc", b"not netCDF"),
+    "a bomb": (".nc", bomb()),
+    "another suffix": (".py", b"import os"),
+    "a path as suffix": ("/../../x.nc", b""),
+    "huge": (".nc", b"\x89HDF" + b"0" * (17 * 2**20)),
+    "no table": (".csv", b"\x00\x01\x02"),
+    "a formula": (".csv", b"time [s],x [mm],y [mm],z [mm]\n=cmd|' /C calc'!A0,1,1,1\n1,1,1,1\n"),
+}
+
+
+@pytest.mark.parametrize(("suffix", "content"), HOSTILE_RUNS.values(), ids=HOSTILE_RUNS)
+def test_a_hostile_run_is_refused(suffix, content, tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(HelimagError) as refusal:
+        run_from_bytes(content, suffix, 0.15)
+    assert list(tmp_path.iterdir()) == []
+    assert str(tmp_path) not in str(refusal.value)
+
+
+HOSTILE_SPREADS = {
+    "another table": b"[other]\na = 1",
+    "another input": b'[inputs]\n"__class__.__init__" = { mean = "1 s", sd = "1 s" }',
+    "a number without unit": b'[inputs]\n"fluid.viscosity" = { mean = 1.0, sd = 0.1 }',
+    "no spread": b'[inputs]\n"fluid.viscosity" = { mean = "1 Pa s", sd = "0 Pa s" }',
+    "too many": b"[inputs]\n" + b"".join(b'"a%d" = {low = "1 s", high = "2 s"}\n' % i for i in range(50)),
+    "nothing": b"",
+}
+
+
+@pytest.mark.parametrize("content", HOSTILE_SPREADS.values(), ids=HOSTILE_SPREADS)
+def test_a_hostile_calibration_is_refused(content):
+    with pytest.raises(HelimagError):
+        spread_from_bytes(content, hm.load("paper/fig3c"))
+
+
+def said(port, request, *, rest=b""):
+    """Send raw bytes: status and body of the answer; status 0 where the connection is just closed."""
+    with socket.create_connection(("127.0.0.1", port), timeout=20.0) as wire:
+        try:
+            wire.sendall(request.encode("latin-1") + rest)
+            answer = b""
+            while len(answer) < 2**16 and (part := wire.recv(2**14)):
+                answer += part
+        except ConnectionError:
+            return 0, b""
+    if not answer:
+        return 0, b""
+    return int(answer.split(b" ", 2)[1]), answer.partition(b"\r\n\r\n")[2]
+
+
+def asked(path, port, *, method="GET", host=None, more=""):
+    name = host or f"127.0.0.1:{port}"
+    return f"{method} {path} HTTP/1.1\r\nHost: {name}\r\nConnection: close\r\n{more}\r\n"
+
+
+UPGRADE = (
+    "Upgrade: websocket\r\nConnection: Upgrade\r\n"
+    "Sec-WebSocket-Key: x3JJHMbDL1EzLkh9GBhXDw==\r\nSec-WebSocket-Version: 13\r\n"
+)
+UPLOAD = "/_nicegui/client/x/upload/1"
+SOCKET = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+
+
+@pytest.fixture(scope="module")
+def open_port(tmp_path_factory):
+    """A studio on this machine only, and its folder."""
+    folder = tmp_path_factory.mktemp("open")
+    with browser.served(folder=folder) as address:
+        yield int(address.split(":")[2].rstrip("/")), folder
+
+
+TRAVERSALS = (
+    "/../../../../etc/passwd",
+    "/%2e%2e/%2e%2e/%2e%2e/etc/passwd",
+    "/_nicegui/3.18.0/static/../../../../../../etc/passwd",
+    "/_nicegui/3.18.0/static/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd",
+    "/_nicegui/3.18.0/esm/x/..%2f..%2f..%2fetc/passwd",
+    "/studio/picture/..%2f..%2fetc/passwd",
+    "/studio/picture/x/../../../etc/passwd",
+    "/studio/picture/x/-1",
+)
+
+
+@pytest.mark.parametrize("path", TRAVERSALS)
+def test_no_address_leads_to_a_file(open_port, path):
+    status, body = said(open_port[0], asked(path, open_port[0]))
+    assert status in {400, 403, 404}
+    assert b"root:" not in body
+
+
+REFUSED = {
+    "another host": (421, {"path": "/", "host": "evil.example"}, ""),
+    "a host that ends alike": (421, {"path": "/", "host": "localhost.evil.example"}, ""),
+    "another origin posts": (403, {"path": UPLOAD, "method": "POST"}, "Origin: http://evil.example\r\n"),
+    "nobody's origin posts": (403, {"path": UPLOAD, "method": "POST"}, ""),
+    "a page in a sandbox": (403, {"path": "/", "method": "POST"}, "Origin: null\r\n"),
+    "another origin's websocket": (403, {"path": SOCKET}, UPGRADE + "Origin: http://evil.example\r\n"),
+    "a websocket of no origin": (403, {"path": SOCKET}, UPGRADE),
+    "another origin polls": (403, {"path": SOCKET.replace("websocket", "polling")}, "Origin: https://evil.example\r\n"),
+    "a very long address": (414, {"path": "/?s=" + "A" * 40_000}, ""),
+    "a gigabyte": (413, {"path": "/", "method": "POST"}, "Content-Length: 1073741824\r\n"),
+    "less than nothing": (400, {"path": "/", "method": "POST"}, "Content-Length: -5\r\n"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_request_that_is_not_ours_is_refused(open_port, name):
+    status, given, more = REFUSED[name]
+    port, _ = open_port
+    method, host = given.get("method", "GET"), given.get("host")
+    found, body = said(port, asked(given["path"], port, method=method, host=host, more=more))
+    assert found == status
+    assert b"passwd" not in body
+
+
+def test_a_body_of_no_stated_length_ends_at_the_limit(open_port):
+    port, folder = open_port
+    head = asked("/", port, method="POST", more=f"Origin: http://127.0.0.1:{port}\r\nTransfer-Encoding: chunked\r\n")
+    chunk = b"100000\r\n" + b"x" * 2**20 + b"\r\n"
+    status, _ = said(port, head, rest=chunk * 30)
+    assert status in {0, 400, 405, 413}
+    assert list(folder.iterdir()) == []
+
+
+def test_our_own_page_is_answered(open_port):
+    port, folder = open_port
+    status, body = said(port, asked("/", port))
+    assert status == 200
+    assert b"helimag studio" in body
+    assert list(folder.iterdir()) == []
+
+
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory):
+    """A studio that other machines can reach: port and token."""
+    with browser.served("--host", "0.0.0.0", folder=tmp_path_factory.mktemp("guarded")) as address:
+        place, token = address.split("/?token=")
+        yield int(place.split(":")[2]), token
+
+
+@pytest.mark.parametrize(
+    ("path", "more"),
+    [
+        ("/", ""),
+        ("/?token=", ""),
+        ("/?token=wrong", ""),
+        ("/", "Cookie: helimag-studio=wrong\r\n"),
+        ("/", "Cookie: helimag-studio=\r\n"),
+        ("/studio/picture/x/live", ""),
+        (SOCKET, UPGRADE + "Origin: http://127.0.0.1:{port}\r\n"),
+        (SOCKET + "&token={token}", UPGRADE + "Origin: http://127.0.0.1:{port}\r\n"),
+    ],
+)
+def test_without_the_token_nobody_comes_in(guarded, path, more):
+    port, token = guarded
+    path, more = (text.format(port=port, token=token) for text in (path, more))
+    status, body = said(port, asked(path, port, more=more))
+    assert status in {401, 403}
+    assert b"<html" not in body
+
+
+def test_with_the_token_one_comes_in(guarded):
+    port, token = guarded
+    status, _ = said(port, asked(f"/?token={token}", port))
+    assert status == 303
+    status, body = said(port, asked("/", port, more=f"Cookie: helimag-studio={token}\r\n"))
+    assert status == 200
+    assert token.encode() not in body
+
+
+SCRIPT = "<img src=x onerror=window.hurt=1><script>window.hurt=1</script>"
+
+
+def test_no_name_is_markup(open_port, tmp_path):
+    """Script in every string that a scenario, a run and a file can have is shown as it is written."""
+    port, _ = open_port
+    marks = f'"drive.pitch" = "measured: {SCRIPT}"'
+    named = GOOD.replace('name = "paper/fig3c"', f'name = "{SCRIPT}"')
+    text = named.split("[provenance]")[0] + f"[provenance]\n{marks}\n"
+    scenario = scenario_from_bytes(text.encode())
+    run = hm.simulate(scenario, duration=100.0)
+    run.save(tmp_path / "run.nc")
+    with browser.chromium() as chromium:
+        page = chromium.new_page()
+        page.set_default_timeout(150_000)
+        page.on("dialog", lambda dialog: pytest.fail(f"a script ran: {dialog.message}"))
+        page.goto(f"http://localhost:{port}/?s={link_of(scenario)}")
+        whole = '[data-testid="verdict"][data-stage="AFTERWARDS"]'
+        page.wait_for_selector(whole)
+        page.click('[data-testid="tab-compare"]')
+        page.click('[data-testid="pin"]')
+        upload = '[data-testid="upload-run"] input[type=file]'
+        content = (tmp_path / "run.nc").read_bytes()
+        page.set_input_files(upload, {"name": f"{SCRIPT}.nc", "mimeType": "x", "buffer": content})
+        page.wait_for_selector(f'[data-testid="compared"] >> text={SCRIPT}.nc')
+        page.goto(f"http://localhost:{port}/?s={SCRIPT}")
+        page.wait_for_selector("text=the link is damaged")
+        page.wait_for_selector(whole)
+        assert page.evaluate("window.hurt") is None
+
+
+def test_the_page_keeps_to_itself(open_port):
+    """Its headers allow no other host, no frame around it and no guessing of types."""
+    port, _ = open_port
+    with socket.create_connection(("127.0.0.1", port), timeout=20.0) as wire:
+        wire.sendall(asked("/", port).encode())
+        head = wire.recv(2**16).partition(b"\r\n\r\n")[0].lower()
+    assert b"default-src 'self'" in head
+    assert b"frame-ancestors 'none'" in head
+    assert b"nosniff" in head
+
+
+def test_the_port_may_be_taken(helimag, open_port):
+    status, _, err = helimag("studio", "--port", open_port[0], "--no-browser")
+    assert status == 2
+    assert f"--port {open_port[0]} cannot be used" in err
