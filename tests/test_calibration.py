@@ -175,14 +175,15 @@ def test_other_numbers_are_those_of_the_judgement():
 
 def test_a_track_is_its_positions(tmp_path):
     """The run itself as the track, moved by three standard deviations in y: 9/2 of each sample, whichever its clock."""
-    run = hm.simulate(BASE)
+    base = BASE.replaced({"drive.start": (1e-3, 2e-3, 0.0)})
+    run = hm.simulate(base)
     run.dataset["position"][:, 1] += 3e-4
     run.save(tmp_path / "track.nc")
     track = {"what": "track", "file": str(tmp_path / "track.nc"), "sd": 1e-4, "samples": 8, "source": "camera"}
     values = np.array([[1.0, 50.5147e-6]])
 
     def loss(align):
-        problem = prepared(plan_of([track | {"align": align}]))
+        problem = prepared(plan_of([track | {"align": align}], base=base))
         (found,), _ = problem.evaluate(values)
         (expected,) = problem.flat
         return found + np.log(1e-4 * np.sqrt(2.0 * np.pi)) * expected.observed.size, expected.observed.size

@@ -106,6 +106,7 @@ def _draw_bands(panel: Axes, fit: Posterior, labels: list[str]) -> None:
         panel.plot(middle, place, "o", color=DARK, ms=3.0)
         if part.shape[1] == 1:
             panel.plot(np.clip(part[fit.place, 0], -WIDEST, WIDEST), place, "+", color=VERMILLION, ms=6.0)
+    panel.set_title("90 % (blue), middle (dot), best (red)", fontsize=7)
     panel.set_yticks(range(len(labels)), labels)
     panel.set_ylim(len(labels) - 0.5, -0.5)
     reach = 1.15 * max(2.0, float(np.abs(panel.get_xlim()).max()))
