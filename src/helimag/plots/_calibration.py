@@ -11,6 +11,7 @@ from helimag.plots._style import BLUE, DARK, FULL_WIDTH, GREY, MM, PALE, VERMILL
 Floats = NDArray[np.float64]
 
 BINS = 20
+MARGIN = 0.08  # beside the samples, of their range
 ROW = 7.0 * MM  # of an observation
 MOST_SAMPLES = 500  # dots in a pair's panel
 WIDEST = 6.0  # standard deviations of the data that the bands' axis reaches at most
@@ -27,13 +28,14 @@ def draw_fit(fit: Posterior) -> Figure:
     Returns
     -------
     Figure
-        Left: histograms of each free input over its prior's 5 to 95 %, and samples of each pair, the best marked.
+        Left: histograms of each free input, behind them what they share with its prior's 5 to 95 %, and samples of each
+        pair, the best marked.
         Right: what each observation would be in the runs of the posterior, less what was observed, in standard
         deviations of the data.
     """
     labels = list(dict.fromkeys(fit.labels))
     inputs = len(fit.names)
-    height = max(0.55 * FULL_WIDTH * min(1.0, 0.35 + 0.13 * inputs), 22.0 * MM + ROW * len(labels))
+    height = max(25.0 * MM * (inputs + 0.6), 22.0 * MM + ROW * len(labels))
     with styled():
         figure = Figure(figsize=(FULL_WIDTH, height), layout="constrained")
         grid = figure.add_gridspec(1, 2, width_ratios=(1.7, 1.0))
@@ -64,6 +66,7 @@ def _draw_pairs(figure: SubFigure, fit: Posterior) -> None:
                 panel.plot(*scaled[:MOST_SAMPLES, [column, row]].T, ".", color=BLUE, ms=1.5, alpha=0.6)
                 panel.plot(best[column], best[row], "+", color=VERMILLION, ms=6.0)
             if column <= row:
+                panel.set_xlim(*_range(scaled[:, column]))
                 _label(panel, titles, row, column, count)
     figure.suptitle(f"{fit.plan.name}: posterior (blue), 5 to 95 % of the prior (grey), best (red)", fontsize=7)
 
@@ -73,6 +76,12 @@ def _draw_one(panel: Axes, values: Floats, prior: Floats, best: float) -> None:
     panel.hist(values, bins=BINS, color=BLUE)
     panel.axvline(best, color=VERMILLION)
     panel.set_yticks([])
+
+
+def _range(values: Floats) -> tuple[float, float]:
+    """Of a column's axis: all samples, and a little beside them."""
+    beside = MARGIN * float(np.ptp(values)) or 1e-12
+    return float(values.min()) - beside, float(values.max()) + beside
 
 
 def _label(panel: Axes, titles: list[str], row: int, column: int, count: int) -> None:
@@ -90,8 +99,9 @@ def _label(panel: Axes, titles: list[str], row: int, column: int, count: int) ->
 
 
 def _short(name: str) -> str:
-    """The last two parts of a path."""
-    return " ".join(name.split(".")[-2:]).replace("_", " ")
+    """The last part of a path; of a component, with what it is of."""
+    parts = name.split(".")
+    return " ".join(parts[-2:] if len(parts[-1]) == 1 else parts[-1:]).replace("_", " ")
 
 
 def _draw_bands(panel: Axes, fit: Posterior, labels: list[str]) -> None:
@@ -106,7 +116,7 @@ def _draw_bands(panel: Axes, fit: Posterior, labels: list[str]) -> None:
         panel.plot(middle, place, "o", color=DARK, ms=3.0)
         if part.shape[1] == 1:
             panel.plot(np.clip(part[fit.place, 0], -WIDEST, WIDEST), place, "+", color=VERMILLION, ms=6.0)
-    panel.set_title("90 % (blue), middle (dot), best (red)", fontsize=7)
+    panel.set_title("90 % of them (blue),\nmiddle (dot), best (red)", fontsize=7)
     panel.set_yticks(range(len(labels)), labels)
     panel.set_ylim(len(labels) - 0.5, -0.5)
     reach = 1.15 * max(2.0, float(np.abs(panel.get_xlim()).max()))
