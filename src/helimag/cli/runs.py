@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, validators
 
 from helimag.cli import proofs
 from helimag.cli._shared import (
@@ -21,6 +21,7 @@ from helimag.cli._shared import (
     scenario_from,
     validity_warnings,
 )
+from helimag.cli.calibration import DrawOptions, predict
 from helimag.errors import InputError
 from helimag.outcomes import Future
 
@@ -68,6 +69,11 @@ def simulate(
     device: str = "cpu",
     orbit: bool = True,
     accuracy: bool = True,
+    ensemble: Path | None = None,
+    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    displacement: str | None = None,
+    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
+    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
     certificate: Path | None = None,
     json: Json = False,
 ) -> None:
@@ -90,9 +96,28 @@ def simulate(
         Whether to run again with finer steps, to say how far to trust the places.
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
+    ensemble
+        What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is.
+    noise
+        With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
+        repeated.
+    displacement
+        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+    draws
+        With --ensemble: how many runs; 100 if left out.
+    seed
+        With --ensemble: of the draws; 0 if left out.
     certificate
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
+    drawn = DrawOptions(noise, displacement, draws, seed)
+    if ensemble is not None:
+        if output is not None:
+            raise InputError("--output writes one run; with --ensemble use --json")
+        chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
+        predict(chosen, ensemble, drawn, device=device, json=json)
+        return
+    drawn.check_unused()
     from helimag.engine import simulate as run
 
     if output is not None:
