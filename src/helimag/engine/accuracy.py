@@ -5,6 +5,7 @@ decides, and not the tolerance, they are the same steps and tell nothing. A devi
 error by some 1e5 (`docs/howto/simulate.md`), so what comes before and after that is told apart.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,8 +70,15 @@ class Accuracy:
         )
 
 
-def accuracy_of(history: History, *, tolerance: float = TOLERANCE, method: Method = DOP853) -> Accuracy:
-    """Run again with finer steps, and compare; ``tolerance`` and ``method`` are those of the run.
+def accuracy_of(
+    history: History,
+    *,
+    tolerance: float = TOLERANCE,
+    method: Method = DOP853,
+    device: str = "cpu",
+    progress: Callable[[float], None] | None = None,
+) -> Accuracy:
+    """Run again with finer steps, and compare; ``tolerance``, ``method`` and ``device`` are those of the run.
 
     Raises
     ------
@@ -82,6 +90,8 @@ def accuracy_of(history: History, *, tolerance: float = TOLERANCE, method: Metho
         initial_states=history.states[:1],
         tolerance=FINER * tolerance,
         method=method,
+        device=device,
+        progress=progress,
     )
     shared = min(len(history.time), len(finer.time))
     same = np.flatnonzero(history.time[:shared] == finer.time[:shared])

@@ -24,6 +24,8 @@ from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
+OWN_SHARE = 0.4  # of the time of a run whose accuracy is looked for: the finer one takes the rest
+
 
 def simulate(
     scenario: Scenario,
@@ -75,10 +77,16 @@ def simulate(
         tolerance=tolerance,
         method=method_named(method),
         device=device,
-        progress=progress,
+        progress=_part(progress, 0.0, OWN_SHARE if accuracy else 1.0),
     )
-    found = accuracy_of(history, tolerance=tolerance, method=method_named(method)) if accuracy else None
+    chosen: dict[str, Any] = {"tolerance": tolerance, "method": method_named(method), "device": device}
+    found = accuracy_of(history, **chosen, progress=_part(progress, OWN_SHARE, 1.0)) if accuracy else None
     return trajectory_of(history, found)
+
+
+def _part(progress: Callable[[float], None] | None, begin: float, end: float) -> Callable[[float], None] | None:
+    """The progress of one of two pieces of work, as a share of both."""
+    return None if progress is None else lambda done: progress(begin + (end - begin) * done)
 
 
 def simulate_many(
