@@ -59,7 +59,7 @@ def draw_side_by_side(cases: Sequence[Case]) -> Figure:
         for column, (case, run) in enumerate(zip(cases, runs, strict=True)):
             left = column * width
             _head(figure, left + 0.012, case, run)
-            path = figure.add_axes((left - 0.026, 0.39, 0.96 * width, 0.44), projection="3d")
+            path = figure.add_axes((left - 0.019, 0.39, 0.96 * width, 0.44), projection="3d")
             line = draw_path(path, run, until=until)
             heights = figure.add_axes((left + 0.21 * width, 0.15, 0.61 * width, 0.18))
             _draw_heights(heights, case, run, until)
