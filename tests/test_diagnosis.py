@@ -79,7 +79,7 @@ def test_swimming_speed_is_that_of_a_run():
     run = hm.simulate(scenario, duration=20 / 3.3, interval=1 / 3.3)
     x = run.dataset.position.values[:, 0]
     assert (x[-1] - x[5]) / 15 == pytest.approx(abs(found.advance), rel=0.01)
-    assert found.at_start.swims == "nose"
+    assert found.at_start.swims == "head"
 
 
 def test_roll_relaxes_as_the_orbits_fastest_floquet_rate():
@@ -124,23 +124,23 @@ def test_settled_axis_below_a_tilted_magnet_points_half_as_steep():
     ("changes", "leads", "swims"),
     [
         # below the magnet the field turns the other way round; this coupling swims backwards in a right-handed roll
-        ({}, "nose", "nose"),
-        ({"velocity": (-5e-4, 0.0, 0.0)}, "tail", "nose"),
-        ({"frequency": -3.3}, "nose", "tail"),
-        ({"velocity": (0.0, 0.0, 0.0)}, None, "nose"),
-        ({"velocity": (0.0, 0.0, 0.0), "yaw": 0.03, "start": (0.0, -0.045, 0.0)}, "nose", "nose"),
-        ({"velocity": (0.0, 0.0, 0.0), "yaw": -0.03, "start": (0.0, -0.045, 0.0)}, "tail", "nose"),
+        ({}, "head", "head"),
+        ({"velocity": (-5e-4, 0.0, 0.0)}, "helix", "head"),
+        ({"frequency": -3.3}, "head", "helix"),
+        ({"velocity": (0.0, 0.0, 0.0)}, None, "head"),
+        ({"velocity": (0.0, 0.0, 0.0), "yaw": 0.03, "start": (0.0, -0.045, 0.0)}, "head", "head"),
+        ({"velocity": (0.0, 0.0, 0.0), "yaw": -0.03, "start": (0.0, -0.045, 0.0)}, "helix", "head"),
     ],
 )
 def test_which_end_leads(changes, leads, swims):
     found = diagnose(below(**changes))
     for travel in (found.at_start, found.settled):
         assert (travel.leads, travel.swims) == (leads, swims)
-        np.testing.assert_allclose(travel.thrust, travel.nose if swims == "nose" else -travel.nose)
+        np.testing.assert_allclose(travel.thrust, travel.nose if swims == "head" else -travel.nose)
 
 
-def test_tail_first_thrust_rises_with_pitch_where_nose_first_sinks():
-    """Below the magnet the nose points down by half the pitch: a tail-first device is driven up by more pitch."""
+def test_helix_first_thrust_rises_with_pitch_where_head_first_sinks():
+    """Below the magnet the nose points down by half the pitch: a helix-first device is driven up by more pitch."""
     nose = diagnose(below(beta=0.2, about="magnet")).settled
     tail = diagnose(below(beta=0.2, about="magnet", frequency=-3.3)).settled
     assert nose.thrust[2] < -0.05

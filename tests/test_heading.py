@@ -137,7 +137,7 @@ def test_the_leading_end_is_told_from_the_path():
 
 def test_runs_orbits_and_the_doctor_agree_on_it(helimag):
     scenario = hm.load("paper/fig3c")
-    assert diagnose(scenario).at_start.leads == "tail"
+    assert diagnose(scenario).at_start.leads == "helix"
     status, out, _ = helimag("simulate", "paper/fig3c", "--duration", "200 s", "--no-orbit", "--json")
     assert status == 0
     told = json.loads(out)

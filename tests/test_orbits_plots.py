@@ -85,6 +85,16 @@ def test_a_stability_map_shows_curves_in_the_units_of_its_axes(scenario: hm.Scen
         plots.draw_stability(other, curves)
 
 
+def test_a_stability_map_without_stable_orbits_says_so_and_has_no_scale(scenario: hm.Scenario) -> None:
+    values = np.radians([4.0, 10.0]), np.array([2.0, 2.5, 3.0])
+    unstable = np.full((2, 3), 1e-3)
+    paths = ("drive.pitch", "drive.frequency")
+    (axes,) = plots.draw_stability(StabilityMap(scenario, paths, values, unstable, unstable, np.zeros((2, 3, 7)))).axes
+    assert [text.get_text() for text in axes.texts] == ["no stable orbit in these ranges"]
+    assert axes.get_title() == scenario.title
+    assert axes.get_xlim() == pytest.approx((4.0, 10.0))
+
+
 def a_sweep(folder: Path, *axes: Axis) -> object:
     plan = Plan(base="nose-first/fig3c", duration="4 s", samples=20, axis=axes)
     data = hm.sweep(plan, out=folder / "s.zarr").load()

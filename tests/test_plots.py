@@ -88,6 +88,20 @@ def test_no_words_reach_over_the_edge_or_the_colour_bar(request, kind):
         assert label.get_window_extent().y0 > bar.get_window_extent().y1, label
 
 
+def test_no_words_of_runs_side_by_side_reach_over_the_edge(run, falling):
+    figure = plots.draw_side_by_side([plots.Case(trajectory=each, title="a run") for each in (run, falling, run)])
+    figure.draw_without_rendering()
+    width, height = figure.bbox.size
+    paths = [axes for axes in figure.axes if axes.name == "3d"]
+    assert len(paths) == 3
+    labels = [axis.label for axes in paths for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
+    for part in [*labels, *figure.texts, *figure.legends, *(axes for axes in figure.axes if axes.name != "3d")]:
+        box = part.get_tightbbox()
+        assert min(box.x0, box.y0) > -1.0, part
+        assert box.x1 < width + 1.0, part
+        assert box.y1 < height + 1.0, part
+
+
 def test_measured_run_is_drawn_without_a_magnet(measured, tmp_path):
     figure = plots.draw_run(measured)
     assert list(panels(figure)) == ["height z (mm)", "attack angle (deg)"]

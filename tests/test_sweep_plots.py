@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import helimag
 from helimag import Plan
@@ -41,6 +42,7 @@ def test_maps_colour_each_run_by_its_verdict_and_draw_the_boundary(tmp_path):
     (axes,) = draw_sweep(data).axes
     mesh, *contours = axes.collections
     cells = np.asarray(mesh.get_array())
+    assert mesh.get_alpha() is None
     for outcome in (Verdict.FELL, Verdict.BOUNDED):
         colour = [int(COLOURS[outcome][i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
         painted = np.all(np.isclose(cells[..., :3], colour), axis=-1)
@@ -51,6 +53,28 @@ def test_maps_colour_each_run_by_its_verdict_and_draw_the_boundary(tmp_path):
         low, [2.0 + 1.5 / 8, 5.5], atol=1e-9
     )  # halfway from the last outside to the first inside
     np.testing.assert_allclose(high, [2.0 + 4.5 / 8, 14.5], atol=1e-9)
+
+
+def test_a_map_has_the_colours_of_its_legend(tmp_path):
+    """On the pixels: what the legend calls bounded is the colour of the bounded half, and so for the half that fell."""
+    fast = Axis(field="drive.frequency", start="2 Hz", stop="3 Hz", count=9)
+    data = made(tmp_path, fast, PITCH).load()
+    flags = np.full((9, 5), Verdict.FELL.flag, np.int8)
+    flags[:4] = Verdict.BOUNDED.flag
+    data["verdict"].values[:] = flags
+    figure = draw_sweep(data)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    pixels = np.asarray(canvas.buffer_rgba())[::-1, :, :3]
+    (axes,) = figure.axes
+    (legend,) = figure.legends
+    shown = {text.get_text(): patch for text, patch in zip(legend.get_texts(), legend.get_patches(), strict=True)}
+    for verdict, frequency in ((Verdict.BOUNDED, 2.1), (Verdict.FELL, 2.9)):
+        x, y = axes.transData.transform((frequency, 10.0)).astype(int)
+        box = shown[str(verdict)].get_window_extent()
+        key = pixels[round((box.y0 + box.y1) / 2), round((box.x0 + box.x1) / 2)]
+        assert tuple(pixels[y, x]) == tuple(key)
+        assert tuple(key) == tuple(int(COLOURS[verdict][i : i + 2], 16) for i in (1, 3, 5))
 
 
 def test_three_axes_make_small_multiples(tmp_path):

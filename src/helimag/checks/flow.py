@@ -112,8 +112,8 @@ def enclosing_body(scenario: Scenario) -> Check:
         value,
         "at most",
         LARGEST_DRAG_RATIO,
-        f"drag is up to {value:.2g} times that of a spheroid around the device (along the axis "
-        f"{matrix[0, 0] / around[0, 0]:.2g} times), which no body can have",
+        f"drag is up to {value:.2g} times that of a spheroid around the device, which none can exceed (along the axis "
+        f"{matrix[0, 0] / around[0, 0]:.2g} times)",
         'use device.hydrodynamics.model = "boundary"',
     )
 

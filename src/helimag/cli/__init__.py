@@ -40,10 +40,13 @@ COMMANDS = (
 )
 for command in COMMANDS:
     app.command(command)
+app.register_install_completion_command(
+    help="Teach bash, zsh or fish to complete commands and options: writes a file, adds a line to .bashrc."
+)
 
 
 def main() -> None:
-    """Run the command line: exit status 0 done, 1 a run failed or an arm cannot make it, 2 bad input."""
+    """Run the command line: exit status as in docs/reference/commands.md."""
     gc.set_threshold(ALLOCATIONS)
     with guarded():
         status = _status()

@@ -52,7 +52,7 @@ def print_orbit(orbit: "Orbit", warnings: Warnings, json: bool, proof: "Proof | 
         print(f"  leads         {leading_words(orbit.leading_end, orbit.leading_cosine)}")
         circle = f"radius {1e3 * orbit.radius:.2f} mm, " if math.isfinite(orbit.radius) else ""
         print(f"  path          {circle}speed {1e3 * orbit.speed:.3f} mm/s")
-        print(f"  place         known to {1e9 * orbit.position_error:.1g} nm in the integration")
+        print(f"  place         known to {float(f'{1e9 * orbit.position_error:.1g}'):g} nm in the integration")
     if proof is not None:
         print(f"  {'proved' if proof.proved else 'proof':13} {proof.reason} ({proof.seconds:.0f} s)")
 

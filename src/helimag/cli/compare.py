@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from helimag.cli._shared import Json, print_json
+from helimag.cli._shared import Json, check_target, print_json
 
 
 def compare(
@@ -33,6 +33,8 @@ def compare(
     from helimag.runs import Trajectory
     from helimag.runs import compare as lay_side_by_side
 
+    if output is not None:
+        check_target(output)
     comparison = lay_side_by_side(Trajectory.load(measured), Trajectory.load(simulated), align=align)
     if output is not None:
         from helimag import plots

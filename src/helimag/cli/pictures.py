@@ -50,7 +50,12 @@ def plot(
         plots.save(plots.draw_fit(Posterior.load(run)), target)
         print(target)
         return
-    trajectory = Trajectory.load(run)
+    try:
+        trajectory = Trajectory.load(run)
+    except InputError as error:
+        raise InputError(
+            f"{error}; plot draws what simulate, robot replay, vision or calibrate wrote, and sweeps"
+        ) from None
     if animate is not None:
         with progress_bar(f"filming {run.name}") as progress:
             plots.animate(trajectory, animate, progress=progress)

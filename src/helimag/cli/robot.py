@@ -15,7 +15,7 @@ from helimag.cli._robot_reports import (
     print_outcome,
     print_plan,
 )
-from helimag.cli._shared import Changes, Json, ScenarioName, print_json, progress_bar, scenario_from
+from helimag.cli._shared import Changes, Json, ScenarioName, check_target, print_json, progress_bar, scenario_from
 from helimag.errors import InputError, NotFeasible
 
 if TYPE_CHECKING:
@@ -172,6 +172,8 @@ def replay(
     """
     from helimag import robot
 
+    if output is not None:
+        check_target(output)
     chosen = scenario_from(scenario, changes)
     run = _simulated(robot.replayed(chosen, _log(log, chosen, cell), log.name))
     planned = _simulated(chosen)

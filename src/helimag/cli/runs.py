@@ -48,12 +48,13 @@ def presets(name: str | None = None, *, schema: Annotated[bool, Parameter(negati
     elif name is not None:
         print(load(name).to_toml(), end="")
     else:
+        wide = max(map(len, preset_names()))
         for preset in preset_names():
             scenario = load(preset)
             drive = scenario.drive
             speed = sum(v * v for v in drive.velocity) ** 0.5
             print(
-                f"{preset:20s} {drive.frequency:g} Hz, {degrees(drive.pitch):g} deg, {1e3 * drive.distance:g} mm, "
+                f"{preset:{wide}s}  {drive.frequency:g} Hz, {degrees(drive.pitch):g} deg, {1e3 * drive.distance:g} mm, "
                 f"yaw {degrees(drive.yaw_rate):g} deg/s, {1e3 * speed:g} mm/s, {scenario.run.duration:g} s"
             )
 
@@ -77,7 +78,7 @@ def simulate(
     certificate: Path | None = None,
     json: Json = False,
 ) -> None:
-    """Run a scenario, judge it, and say what becomes of it after its horizon.
+    """Run a scenario, judge it, and say what happens after its end.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def simulate(
     accuracy
         Whether to run again with finer steps, to say how far to trust the places.
     orbit
-        Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
+        Whether to look for the orbit that a run which stayed comes to, and to continue the run where there is none.
     ensemble
         What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is.
     noise

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
-from helimag.cli._shared import Json, print_json, progress_bar
+from helimag.cli._shared import Json, check_target, print_json, progress_bar
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -111,6 +111,7 @@ def calibrate(
 
     from helimag import vision
 
+    check_target(output)
     with progress_bar("calibrating") as progress:
         result = vision.calibrate(vision.Session.load(session), refraction=not ignore_refraction, progress=progress)
     result.rig.save(output)
@@ -178,6 +179,9 @@ def track(
     from helimag import quantities as q
     from helimag import vision
 
+    for target in (output, review):
+        if target is not None:
+            check_target(target)
     gap_length, shape, toml = _known(gap, scenario)
     calibrated = vision.Rig.load(rig)
     with progress_bar("tracking") as progress:
@@ -217,6 +221,7 @@ def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), json
     from helimag import quantities as q
     from helimag.runs.imported import import_track
 
+    check_target(output)
     run = import_track(track, initial_gap=q.parse(gap, q.LENGTH))
     run.save(output)
     if not json:

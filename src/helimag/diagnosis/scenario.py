@@ -24,7 +24,7 @@ class Travel:
     """How a device goes with its long axis along ``nose`` (unit vector to the head, lab frame).
 
     ``leads`` is the end in front as the drive carries it along, ``swims`` the end towards which its own turning drives
-    it: ``"nose"`` or ``"tail"``, and ``leads`` None where the drive stands still. ``thrust`` is the direction of its
+    it: ``"head"`` or ``"helix"``, and ``leads`` None where the drive stands still. ``thrust`` is the direction of its
     swimming.
     """
 
@@ -149,8 +149,8 @@ def travel(scenario: Scenario, nose: Floats, axis: Floats, advance: float) -> Tr
     towards_nose = advance * float(nose @ axis) > 0.0
     return Travel(
         nose=nose,
-        leads=None if carried == 0.0 else "nose" if carried > 0.0 else "tail",
-        swims="nose" if towards_nose else "tail",
+        leads=None if carried == 0.0 else "head" if carried > 0.0 else "helix",
+        swims="head" if towards_nose else "helix",
         thrust=nose if towards_nose else -nose,
     )
 

@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 
 MARKS = {"fold": "s", "Neimark-Sacker": "o", "period doubling": "^", "branch point": "D"}
 WORDS = {True: "stable", False: "unstable"}
+NOWHERE = "no stable orbit in these ranges"
 HEIGHTS: dict[str, Callable[[Orbit], float]] = {
     "mean height (mm)": lambda orbit: 1e3 * float(orbit.mean_position[2]),
     "leading rate (1/s)": lambda orbit: orbit.growth,
@@ -107,8 +108,12 @@ def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -
     with styled():
         figure = Figure(figsize=(120.0 * MM, 95.0 * MM), layout="constrained")
         axis = figure.subplots()
-        image = axis.pcolormesh(first, second, decay.T, cmap="viridis", shading="nearest", norm=_scale_of(decay))
-        figure.colorbar(image, ax=axis, label="longest decay time (s)", extend="max")
+        if result.stable.any():
+            image = axis.pcolormesh(first, second, decay.T, cmap="viridis", shading="nearest", norm=_scale_of(decay))
+            figure.colorbar(image, ax=axis, label="longest decay time (s)", extend="max")
+        else:  # a scale of colours that nothing has would look like a failed drawing
+            axis.text(0.5, 0.5, NOWHERE, transform=axis.transAxes, ha="center", va="center")
+        axis.set_title(result.scenario.title)
         looks = draw_curves(axis, curves, scales=(scales[0][0], scales[1][0]))
         axis.set_xlim(first[0], first[-1])
         axis.set_ylim(second[0], second[-1])
@@ -121,8 +126,7 @@ def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -
 
 def _scale_of(decay: Floats) -> LogNorm:
     """Colours over the decay times; those beside a Neimark-Sacker curve, which have no limit, share the last one."""
-    shortest = float(np.nanmin(decay)) if np.isfinite(decay).any() else 1.0
-    longest = float(np.nanmax(decay)) if np.isfinite(decay).any() else 10.0
+    shortest, longest = float(np.nanmin(decay)), float(np.nanmax(decay))
     return LogNorm(shortest, max(min(longest, 30.0 * shortest), 2.0 * shortest))
 
 

@@ -59,7 +59,7 @@ def draw_side_by_side(cases: Sequence[Case]) -> Figure:
         for column, (case, run) in enumerate(zip(cases, runs, strict=True)):
             left = column * width
             _head(figure, left + 0.012, case, run)
-            path = figure.add_axes((left - 0.01, 0.39, 0.96 * width, 0.44), projection="3d")
+            path = figure.add_axes((left - 0.026, 0.39, 0.96 * width, 0.44), projection="3d")
             line = draw_path(path, run, until=until)
             heights = figure.add_axes((left + 0.21 * width, 0.15, 0.61 * width, 0.18))
             _draw_heights(heights, case, run, until)
@@ -76,7 +76,7 @@ def _draw_key(figure: Figure, path: Axes, line: Line3DCollection) -> None:
     marks, names = path.get_legend_handles_labels()
     figure.legend(
         [*marks, Line2D([], [], color=SKY, linewidth=0.8), Line2D([], [], **PUBLISHED)],
-        [*names, "twins: start 0.05 mm off", "time given in the paper"],
+        [*names, "starts 0.05 mm off", "time given in the paper"],
         loc="center left",
         bbox_to_anchor=(0.36, 0.055),
         ncols=3,

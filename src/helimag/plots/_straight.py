@@ -61,7 +61,7 @@ def _draw(axes: Axes, run: StraightRun) -> None:
     low, high = sorted((0.0, -1e3 * run.measured))
     axes.axhspan(low, high, color=PALE, zorder=0, label="measured range; in brackets: measured")
     for number, (time, height) in enumerate(run.twins):
-        label = "twins" if number == 0 else None
+        label = "perturbed runs" if number == 0 else None
         axes.plot(time, 1e3 * height, color=SKY, linewidth=0.4, alpha=0.7, zorder=1, label=label)
     axes.plot(run.time, 1e3 * run.height, color=BLUE, zorder=3, label="computed")
     for wall, colour, label in ((run.surface, ORANGE, "surface"), (run.floor, GREY, "floor")):

@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from numpy.typing import NDArray
 
 from helimag import quantities as q
@@ -54,6 +55,9 @@ CONTOURS: dict[str, dict[str, Any]] = {
     "edge of bounded runs": {"color": "black", "linewidth": EDGE},
     "gain 1": {"color": "black", "linewidth": UNIT, "linestyle": "--"},
 }
+CASING: list[AbstractPathEffect] = [
+    withStroke(linewidth=2.2, foreground="white")
+]  # sets the contours off from full colours
 CURVES = 8  # more values of the first axis than this make a map instead of a curve each
 PANEL_HEIGHT = 50.0 * MM
 HIGHEST_GAIN = 2.0  # of the axis: what lies above has left the magnet anyway
@@ -188,15 +192,17 @@ def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> None:
     colours = np.zeros((1 + max(verdict.flag for verdict in Verdict), 3))
     for verdict, colour in COLOURS.items():
         colours[verdict.flag] = to_rgb(colour)
-    axes.pcolormesh(_shown(part, x), _shown(part, y), colours[flags], shading="nearest", alpha=0.55, linewidth=0)
+    axes.pcolormesh(_shown(part, x), _shown(part, y), colours[flags], shading="nearest", linewidth=0)
     inside = (flags == Verdict.BOUNDED).astype(float)
     if 0.0 < inside.mean() < 1.0:
-        axes.contour(_shown(part, x), _shown(part, y), inside, levels=[0.5], colors="black", linewidths=EDGE)
+        edge = axes.contour(_shown(part, x), _shown(part, y), inside, levels=[0.5], colors="black", linewidths=EDGE)
+        edge.set_path_effects(CASING)
     gain = part["gain"].transpose(dims[1], dims[0]).values
     if np.nanmin(gain) < 1.0 < np.nanmax(gain):
-        axes.contour(
+        unit = axes.contour(
             _shown(part, x), _shown(part, y), gain, levels=[1.0], colors="black", linewidths=UNIT, linestyles="--"
         )
+        unit.set_path_effects(CASING)
     axes.set(xlabel=label_of(part, x), ylabel=label_of(part, y))
 
 

@@ -116,7 +116,7 @@ def _cases(found: Sequence[Ensemble], trajectories: Sequence[Trajectory], rows: 
         counts = ", ".join(f"{count} {name}" for name, count in ensemble.verdicts.most_common())
         remark = (
             f"{gain['quantity']}: {gain['computed']:.3f}; paper {gain['published']:.3f}\n"
-            f"twins: {counts}; gain {gain['twins_q05']:.2f} to {gain['twins_q95']:.2f}"
+            f"perturbed: {counts}; gain {gain['twins_q05']:.2f} to {gain['twins_q95']:.2f}"
         )
         cases.append(
             Case(

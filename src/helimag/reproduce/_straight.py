@@ -31,7 +31,7 @@ OUTCOMES = {End.HORIZON: "held", End.FLOOR: "floor", End.SURFACE: "surface"}
 NOTES = (
     "Three values of the presets are fitted, to rows 1-3 and Fig. 5 alone: net weight, gravity centre and the height "
     "of the surface. Rows 4-7 were held out (python benchmarks/table1_fit.py).",
-    f"Twins: runs whose net weight is off by {100.0 * WEIGHT_SPREAD:g} % and whose start by "
+    f"Perturbed runs: their net weight is off by {100.0 * WEIGHT_SPREAD:g} % and their start by "
     f"{1e3 * DISPLACEMENT:g} mm (standard deviations). Row 1 stays only by tuning: it lies on an unstable balance.",
     "|y| ends where a run touches floor or surface; the attack angle is the mean over the run.",
 )
@@ -159,7 +159,7 @@ def _panel(entry: Row, ensemble: Ensemble, row: Row) -> "StraightRun":
     return StraightRun(
         title=f"{row['row']}   {abs(np.degrees(drive.pitch)):g}°, {1e3 * drive.distance:g} mm, {speed:g} mm/s",
         remark=(
-            f"{row['outcome']} ({entry['outcome']}), {same} of {row['twins']} twins\n"
+            f"{row['outcome']} ({entry['outcome']}), {same} of {row['twins']} perturbed\n"
             f"|y| {1e3 * row['y_m']:.2f} mm ({1e3 * entry['y']:.2f})\n"
             f"angle {row['attack_angle_deg']:.1f}°"
             + (f" ({row['measured_attack_angle_deg']:.0f}°)" if "angle" in entry else "")
@@ -178,7 +178,7 @@ def _flat(value: object) -> object:
 
 
 def _text(rows: Sequence[Row]) -> str:
-    head = "row  outcome  measured   |y| mm (twins 5-95 %)     measured   angle deg (twins)        fitted  twins alike"
+    head = "row  outcome  measured   |y| mm (perturbed runs)   measured   angle deg (perturbed)    fitted  alike"
     lines = [head, "-" * len(head)]
     for row in rows:
         low, high = (1e3 * value for value in row["y_twins_m"])

@@ -119,7 +119,7 @@ def _gain_to_magnet(ensemble: Ensemble) -> float:
 def as_text(rows: Sequence[Row]) -> str:
     """A table for the terminal, remarks below it."""
     notes: list[str] = []
-    lines = [" " * sum(WIDTHS[:5]) + "  twins", _line(COLUMNS)]
+    lines = [" " * sum(WIDTHS[:5]) + "  perturbed runs", _line(COLUMNS)]
     lines.append("-" * len(lines[-1]))
     for row in rows:
         mark = ""
@@ -134,8 +134,8 @@ def as_text(rows: Sequence[Row]) -> str:
             lines.append(_line([row["run"], row["quantity"], *numbers, *spread, mark]))
     paragraphs = [f"({i}) {note}" for i, note in enumerate(notes, 1)] + [
         FITTED,
-        f"Twins: runs that start {1e6 * DISPLACEMENT:g} um (standard deviation along each axis) beside the preset's "
-        "start, under the same magnet path. Quantiles are over the twins that have the value.",
+        f"Perturbed runs start {1e6 * DISPLACEMENT:g} um (standard deviation along each axis) beside the preset's "
+        "start, under the same magnet path. Quantiles are over those that have the value.",
     ]
     wrapped = [textwrap.fill(text, 100, subsequent_indent="    " if text[0] == "(" else "") for text in paragraphs]
     return "\n".join([*(line.rstrip() for line in lines), "", *wrapped])
@@ -154,7 +154,7 @@ def _shown(value: Any, unit: str) -> str:
 
 
 def case_rows(ensembles: Sequence[Ensemble], outlooks: Sequence[Outlook], leads: Sequence[str]) -> list[Row]:
-    """One row for each case of Fig. 3: what its run does, what becomes of it, and whether its twins do the same."""
+    """One row for each case of Fig. 3: what its run does, what follows, and whether the perturbed runs do the same."""
     rows = []
     for case, ensemble, outlook, end in zip("ABC", ensembles, outlooks, leads, strict=True):
         judgement, heights = ensemble.judgement, ensemble.nominal.heights

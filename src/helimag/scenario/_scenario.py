@@ -166,12 +166,13 @@ class Scenario(Part):
         data = _without_none(self.model_dump(mode="json"))
         if len(self.magnet) == 1:
             data["magnet"] = data["magnet"][0]
-        return tomli_w.dumps({key: value for key, value in data.items() if value != {}})
+        return tomli_w.dumps(data)
 
 
 def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _without_none(item) for key, item in value.items() if item is not None}
+        kept = {key: _without_none(item) for key, item in value.items() if item is not None}
+        return {key: item for key, item in kept.items() if item != {}}
     if isinstance(value, list):
         return [_without_none(item) for item in value]
     return value
