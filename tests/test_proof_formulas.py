@@ -289,3 +289,37 @@ def test_kinds_of_inputs_are_all_known():
         unit = parts(written(scenario, given.path))[1]
         assert kind is None or unit in _UNITS or unit in _ANGLES or unit == kind.si
     assert Input("drive.pitch").kind(scenario).shown in _ANGLES
+
+
+def test_a_magnets_strength_from_its_remanence_is_exact():
+    """1.35 T and N45 (1.32 to 1.38 T): remanence times r^2 h / 4 over 1e-7, in whole numbers."""
+    for given in ({"remanence": "1.35 T"}, {"grade": "N45"}):
+        magnet = {**given, "radius": "17.5 mm", "height": "20 mm"}
+        scenario = oracles.scenario_of(oracles.case()).replaced({"magnet": [magnet]})
+        expected = Fraction(135, 100) * Fraction(175, 10000) ** 2 * Fraction(2, 100) / 4 * 10**6  # per cubic centimetre
+        with arithmetic():
+            strength = Inputs(scenario).constants().sources[0].strength
+            assert strength.contains(exact(expected))
+            assert float(strength.rad()) < 1e-21 * float(strength)
+        assert float(strength) == pytest.approx(scenario.magnet[0].dipole_moment * 1e-7 / UNIT**3, rel=1e-15)
+
+
+NOT_ENCLOSED = {
+    "an arm that turns and moves sideways": (
+        {"drive.yaw_rate": 0.03, "drive.velocity": (1e-4, 0.0, 0.0)},
+        "drive.velocity",
+    ),
+    "a sampled path": (
+        {"drive.yaw_rate": 0.0, "drive.path": {"position": [(0.0, 0.0, 0.15), (0.1, 0.0, 0.15)], "time": [0.0, 1e4]}},
+        "drive.path",
+    ),
+    "walls that hold": ({"workspace.surface": 0.05, "workspace.contact": "hold"}, "workspace.contact"),
+}
+
+
+@pytest.mark.parametrize("name", NOT_ENCLOSED)
+def test_a_drive_or_walls_that_the_equations_leave_out_are_refused(name):
+    """These equations hold a frame in which the drive repeats, and no forces of walls."""
+    changes, told = NOT_ENCLOSED[name]
+    with arithmetic(), pytest.raises(InputError, match=told):
+        Inputs(oracles.scenario_of(oracles.case()).replaced(changes)).constants()
