@@ -77,7 +77,7 @@ def test_the_orbit_is_proved(proof: Proof) -> None:
     assert proof.stability
     assert proof.bound < 1.0
     assert 0.0 < proof.box < 1e-8
-    assert "tends to it for ever" in proof.reason
+    assert "tends to the orbit for ever" in proof.reason
     assert 1e-6 < proof.certificate.claims.basin < 1e-3
 
 
@@ -389,7 +389,7 @@ def test_sentences_are_rounded_outward(certificate: Certificate) -> None:
     )  # fmt: skip
     words = sentence(claims)
     assert "within 0.501 nm of the curve" in words
-    assert "within 3.67 um and 0.0036 deg of it" in words
+    assert "within 3.67 um and 0.0036 deg of that curve" in words
     assert "at least 142 mm" in words
     assert "at most 0.999962" in words
 

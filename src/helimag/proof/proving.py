@@ -197,8 +197,8 @@ def sentence(claims: Claims) -> str:
         fate = "it is unstable" if claims.instability else "whether it attracts is not proved"
         return f"{place}; {fate}"
     turned = f"{_digits(Decimal(math.degrees(claims.basin_turned)), 2, ROUND_FLOOR)} deg"
-    start = _length(claims.basin, ROUND_FLOOR)
-    stays = f"every start within {start} and {turned} of it stays near and tends to it for ever"
+    start = f"{_length(claims.basin, ROUND_FLOOR)} and {turned}"
+    stays = f"every start within {start} of that curve as a turn begins stays near and tends to the orbit for ever"
     clear = f"at least {_length(claims.clearance, ROUND_FLOOR)} from all around it"
     if not claims.clearance > 0.0:
         clear = "that it keeps clear of what is around it is not proved"
