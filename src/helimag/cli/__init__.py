@@ -6,7 +6,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from helimag.cli import checks, compare, design, orbits, pictures, robot, runs, studio, sweeps, vision
+from helimag.cli import calibration, checks, compare, design, orbits, pictures, robot, runs, studio, sweeps, vision
 from helimag.cli._streams import OutputLost, guarded
 from helimag.errors import HelimagError, RunError
 
@@ -27,6 +27,7 @@ COMMANDS = (
     sweeps.sweep,
     orbits.app,
     design.design,
+    calibration.calibrate,
     pictures.plot,
     pictures.reproduce,
     runs.resistance,

@@ -19,12 +19,13 @@ def plot(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     animate: Path | None = None,
 ) -> None:
-    """Draw a run's path and time series or an animation, or a sweep's gains and verdicts.
+    """Draw a run's path and time series or an animation, a sweep's gains and verdicts, or a calibration.
 
     Parameters
     ----------
     run
-        A trajectory file, such as simulate wrote with -o, or a sweep's store (.zarr).
+        A trajectory file, such as simulate wrote with -o, or a sweep's store (.zarr), or what
+        calibrate wrote.
     output
         Figure to write: .png, .svg or .pdf, of a sweep also .html. Default: the run's name with .png.
     animate
@@ -40,8 +41,15 @@ def plot(
         if path is not None:
             check_target(path)
     from helimag import plots
+    from helimag.calibration import Posterior, is_fit
     from helimag.runs.trajectory import Trajectory
 
+    if is_fit(run):
+        if animate is not None or target is None:
+            raise InputError("--animate films a run; a calibration is drawn as a figure")
+        plots.save(plots.draw_fit(Posterior.load(run)), target)
+        print(target)
+        return
     trajectory = Trajectory.load(run)
     if animate is not None:
         with progress_bar(f"filming {run.name}") as progress:

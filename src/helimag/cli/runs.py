@@ -4,13 +4,14 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, validators
 
 from helimag.cli import proofs
 from helimag.cli._shared import (
     Changes,
     Json,
     ScenarioName,
+    accuracy_told,
     check_target,
     degrees,
     leading_words,
@@ -20,6 +21,7 @@ from helimag.cli._shared import (
     scenario_from,
     validity_warnings,
 )
+from helimag.cli.calibration import DrawOptions, predict
 from helimag.errors import InputError
 from helimag.outcomes import Future
 
@@ -66,6 +68,12 @@ def simulate(
     method: str = "direct",
     device: str = "cpu",
     orbit: bool = True,
+    accuracy: bool = True,
+    ensemble: Path | None = None,
+    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    displacement: str | None = None,
+    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
+    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
     certificate: Path | None = None,
     json: Json = False,
 ) -> None:
@@ -84,11 +92,32 @@ def simulate(
         runs are long and steady.
     device
         "cpu", or a CUDA device such as "cuda".
+    accuracy
+        Whether to run again with finer steps, to say how far to trust the places.
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
+    ensemble
+        What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is.
+    noise
+        With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
+        repeated.
+    displacement
+        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+    draws
+        With --ensemble: how many runs; 100 if left out.
+    seed
+        With --ensemble: of the draws; 0 if left out.
     certificate
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
+    drawn = DrawOptions(noise, displacement, draws, seed)
+    if ensemble is not None:
+        if output is not None:
+            raise InputError("--output writes one run; with --ensemble use --json")
+        chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
+        predict(chosen, ensemble, drawn, device=device, json=json)
+        return
+    drawn.check_unused()
     from helimag.engine import simulate as run
 
     if output is not None:
@@ -98,7 +127,7 @@ def simulate(
     chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
     proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
-        trajectory = run(chosen, method=method, device=device, progress=progress)
+        trajectory = run(chosen, method=method, device=device, accuracy=accuracy, progress=progress)
     if proof is not None:
         trajectory = proofs.carried(trajectory, proof)
     if output is not None:
@@ -145,6 +174,7 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "leads": trajectory.leading_end,
         "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
+        "accuracy": accuracy_told(trajectory.attributes),
         "wall_time_s": trajectory.attributes["wall_time"],
     }
 
@@ -173,6 +203,9 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
     )
     print(f"  leads         {leading_words(trajectory.leading_end, trajectory.leading_cosine)}")
     print(f"  slips         {judgement.slips}")
+    told = accuracy_told(trajectory.attributes)
+    if told is not None:
+        print(f"  accuracy      {told['text']}")
     for touch in judgement.touches:
         print(
             f"  contact       {touch.wall.sentence}: {touch.times}, first at {touch.first:.1f} s, last at "

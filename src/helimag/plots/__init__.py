@@ -11,6 +11,7 @@ except ImportError as _error:
     raise MissingExtra(f"figures need {_error.name}: pip install helimag[plots]") from None
 _matplotlib.set_loglevel("ERROR")  # its remarks on fonts and caches are no part of a command's output
 
+from helimag.plots._calibration import draw_fit  # noqa: E402
 from helimag.plots._film import animate  # noqa: E402
 from helimag.plots._orbits import draw_branches, draw_stability  # noqa: E402
 from helimag.plots._portraits import draw_basin, draw_flow  # noqa: E402
@@ -31,6 +32,7 @@ __all__ = [
     "draw_branches",
     "draw_cell",
     "draw_comparison",
+    "draw_fit",
     "draw_flow",
     "draw_joints",
     "draw_passes",

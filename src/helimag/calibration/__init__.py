@@ -1,0 +1,48 @@
+"""Which device agrees with what was observed: plans, a posterior over free inputs, and what it predicts."""
+
+from helimag.calibration.calibrating import calibrate
+from helimag.calibration.findings import Findings, findings
+from helimag.calibration.fit import Posterior, as_json, is_fit, shown_unit
+from helimag.calibration.next_run import Worth, worths
+from helimag.calibration.numbers import NUMBERS
+from helimag.calibration.plan import (
+    CalibrationPlan,
+    Candidate,
+    Ending,
+    Experiment,
+    Free,
+    ObservedNumber,
+    Track,
+    load_plan,
+    parse_plan,
+)
+from helimag.calibration.prediction import Noise, Prediction, height_bands, predict
+from helimag.calibration.problem import PreparedPlan, prepared
+
+__all__ = [
+    "NUMBERS",
+    "CalibrationPlan",
+    "Candidate",
+    "Ending",
+    "Experiment",
+    "Findings",
+    "Free",
+    "Noise",
+    "ObservedNumber",
+    "Posterior",
+    "Prediction",
+    "PreparedPlan",
+    "Track",
+    "Worth",
+    "as_json",
+    "calibrate",
+    "findings",
+    "height_bands",
+    "is_fit",
+    "load_plan",
+    "parse_plan",
+    "predict",
+    "prepared",
+    "shown_unit",
+    "worths",
+]

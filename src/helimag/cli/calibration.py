@@ -1,0 +1,141 @@
+"""The command calibrate, and what simulate says with --ensemble."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from helimag.cli._shared import DATA, Json, check_target, print_json, progress_bar, quantity
+from helimag.errors import InputError
+
+if TYPE_CHECKING:
+    from helimag.calibration import Noise, Posterior
+    from helimag.scenario import Scenario
+
+DRAWS = 100  # of a prediction where the command does not say
+
+
+def calibrate(
+    plan: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    threads: int | None = None,
+    next_runs: bool = True,
+    json: Json = False,
+) -> None:
+    """Find which devices agree with what was observed of runs.
+
+    Parameters
+    ----------
+    plan
+        TOML: runs with what was observed of them, and the inputs that are free, with their priors.
+    output
+        netCDF file of the posterior. A calibration that was stopped goes on when the same command is given again.
+    threads
+        CPU threads; default one a core.
+    next_runs
+        Whether to say which run would tell most next.
+    """
+    if output.suffix.lower() != DATA:
+        raise InputError(f"--output must end in {DATA} (netCDF); got '{output}'")
+    check_target(output)
+    from helimag import calibration
+
+    with progress_bar(f"calibrating {plan.name}") as progress:
+        fit = calibration.calibrate(plan, output=output, threads=threads, progress=progress)
+    found = calibration.findings(fit)
+    worths = calibration.worths(fit, threads=threads) if next_runs else []
+    if json:
+        told = [{"run": each.name, "spread": each.spread, "told_nats": each.told} for each in worths]
+        report = calibration.as_json(fit) | {"findings": found.as_json(), "next_runs": told, "file": str(output)}
+        print_json(report)
+        return
+    print(f"{fit.plan.name}: {len(fit.samples)} samples from {fit.evaluations} likelihoods")
+    print(_table(fit))
+    for sentence in found.sentences:
+        print(f"  {sentence}")
+    if worths:
+        print("next, most telling first:")
+        for each in worths[:3]:
+            print(f"  {each.text}")
+    print(f"log evidence {fit.evidence:.1f} +- {fit.evidence_sd:.1f}; written to {output}")
+
+
+def _table(fit: "Posterior") -> str:
+    """One line for each input: 5, 50, 95 % and the best, in the unit that files use; and the prior's 5 to 95 %."""
+    from helimag import calibration
+
+    width = max(len(name) for name in fit.names)
+    lines = [f"  {'input':{width}s}  {'5 %':>10s} {'50 %':>10s} {'95 %':>10s} {'best':>10s}  prior 5 to 95 %"]
+    for i, name in enumerate(fit.names):
+        scale, unit = calibration.shown_unit(fit, i)
+        five, half, most = fit.quantiles[:, i] / scale
+        low, _, high = fit.prior[:, i] / scale
+        numbers = " ".join(f"{value:10.5g}" for value in (five, half, most, fit.best[i] / scale))
+        lines.append(f"  {name:{width}s}  {numbers}  {low:.4g} to {high:.4g} {unit}".rstrip())
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class DrawOptions:
+    """Options of simulate that go with --ensemble; None where they are left out."""
+
+    noise: list[str] | None
+    displacement: str | None
+    draws: int | None
+    seed: int | None
+
+    def check_unused(self) -> None:
+        """Refuse them without --ensemble."""
+        for field in fields(self):
+            if getattr(self, field.name) is not None:
+                raise InputError(f"--{field.name} goes with --ensemble only")
+
+
+def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: str, json: bool) -> None:
+    """What simulate prints with --ensemble."""
+    from helimag import calibration
+
+    known = calibration.Posterior.load(fit)
+    draws = DRAWS if options.draws is None else options.draws
+    seed = options.seed or 0
+    with progress_bar(f"predicting {scenario.title}") as progress:
+        found = calibration.predict(
+            scenario,
+            known,
+            noise=_noise(scenario, options.noise, options.displacement),
+            draws=draws,
+            seed=seed,
+            device=device,
+            progress=progress,
+        )
+    if json:
+        report: dict[str, Any] = {"scenario": scenario.title, "ensemble": str(fit), "seed": seed}
+        print_json(report | found.numbers)
+        return
+    print(f"{scenario.title} with {draws} devices of {fit}")
+    for line in found.text.splitlines():
+        print(f"  {line}")
+
+
+def _noise(scenario: "Scenario", inputs: list[str] | None, displacement: str | None) -> "Noise":
+    from helimag import quantities
+    from helimag.calibration import Noise
+    from helimag.scenario import Input
+
+    found: dict[str, float] = {}
+    for each in inputs or []:
+        path, equals, sd = each.partition("=")
+        if not equals:
+            raise InputError(
+                f"--noise must be an input and its standard deviation, drive.pitch='0.2 deg'; got {each!r}"
+            )
+        try:
+            found[path.strip()] = Input(path.strip()).parsed(scenario, sd.strip().strip("\"'"))
+        except InputError as error:
+            raise InputError(f"--noise {path.strip()}: {error}") from None
+        if not found[path.strip()] > 0.0:
+            raise InputError(f"--noise {path.strip()} must be above zero; got {sd!r}")
+    moved = 0.0 if displacement is None else quantity("--displacement", displacement, quantities.LENGTH)
+    return Noise(found, moved)
