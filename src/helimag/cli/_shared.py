@@ -145,6 +145,12 @@ def validity_warnings(attributes: Mapping[str, Any]) -> list[dict[str, Any]]:
     return list(json.loads(attributes.get("validity_warnings", "[]")))
 
 
+def accuracy_told(attributes: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What a result's attributes say of how far to trust its places; None where nothing."""
+    told: dict[str, Any] | None = json.loads(attributes.get("accuracy", "null"))
+    return told
+
+
 def print_warnings(warnings: Sequence[Mapping[str, Any]]) -> None:
     """One line a kind on stderr."""
     for warning in warnings:

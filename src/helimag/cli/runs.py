@@ -11,6 +11,7 @@ from helimag.cli._shared import (
     Changes,
     Json,
     ScenarioName,
+    accuracy_told,
     check_target,
     degrees,
     leading_words,
@@ -72,6 +73,7 @@ def simulate(
     displacement: str | None = None,
     draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
     seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
+    accuracy: bool = True,
     certificate: Path | None = None,
     json: Json = False,
 ) -> None:
@@ -90,6 +92,8 @@ def simulate(
         runs are long and steady.
     device
         "cpu", or a CUDA device such as "cuda".
+    accuracy
+        Whether to run again with finer steps, to say how far to trust the places.
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to take the run on where there is none.
     ensemble
@@ -123,7 +127,7 @@ def simulate(
     chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
     proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
-        trajectory = run(chosen, method=method, device=device, progress=progress)
+        trajectory = run(chosen, method=method, device=device, accuracy=accuracy, progress=progress)
     if proof is not None:
         trajectory = proofs.carried(trajectory, proof)
     if output is not None:
@@ -170,6 +174,7 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "leads": trajectory.leading_end,
         "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
+        "accuracy": accuracy_told(trajectory.attributes),
         "wall_time_s": trajectory.attributes["wall_time"],
     }
 
@@ -198,6 +203,9 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
     )
     print(f"  leads         {leading_words(trajectory.leading_end, trajectory.leading_cosine)}")
     print(f"  slips         {judgement.slips}")
+    told = accuracy_told(trajectory.attributes)
+    if told is not None:
+        print(f"  accuracy      {told['text']}")
     for touch in judgement.touches:
         print(
             f"  contact       {touch.wall.sentence}: {touch.times}, first at {touch.first:.1f} s, last at "

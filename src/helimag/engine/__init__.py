@@ -6,6 +6,7 @@ watched), ``loop`` (the kernel), ``batch`` and ``running`` (launches on threads)
 (results).
 """
 
+from helimag.engine.accuracy import Accuracy, accuracy_of
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.control import Control
 from helimag.engine.history import History
@@ -40,12 +41,14 @@ __all__ = [
     "MULTIREVOLUTION",
     "OPEN_WATER",
     "TOLERANCE",
+    "Accuracy",
     "Control",
     "History",
     "Medium",
     "Method",
     "System",
     "Underway",
+    "accuracy_of",
     "advance",
     "advancing",
     "angles_of_start",

@@ -2,12 +2,14 @@
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from helimag.checks import cautions
+from helimag.engine.accuracy import Accuracy, accuracy_of
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
 from helimag.engine.methods import method_named
@@ -32,6 +34,7 @@ def simulate(
     tolerance: float = TOLERANCE,
     method: str = "direct",
     device: str = "cpu",
+    accuracy: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Run one scenario.
@@ -51,6 +54,8 @@ def simulate(
         nothing is near, see :mod:`helimag.engine.leaps`.
     device
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
+    accuracy
+        Run it again with finer steps and keep the difference, see :class:`helimag.engine.accuracy.Accuracy`.
     progress
         Called with the fraction done, some times a second.
 
@@ -72,7 +77,8 @@ def simulate(
         device=device,
         progress=progress,
     )
-    return trajectory_of(history)
+    found = accuracy_of(history, tolerance=tolerance, method=method_named(method)) if accuracy else None
+    return trajectory_of(history, found)
 
 
 def simulate_many(
@@ -124,8 +130,10 @@ def simulate_many(
     return [trajectory_of(history) for history in histories]
 
 
-def trajectory_of(history: History) -> Trajectory:
+def trajectory_of(history: History, accuracy: Accuracy | None = None) -> Trajectory:
     """A history as a labelled trajectory, with the RPM's pose, the field and the phase lag added.
+
+    ``accuracy`` goes with it as an attribute, where it was looked for.
 
     Raises
     ------
@@ -171,6 +179,7 @@ def trajectory_of(history: History) -> Trajectory:
             "steps": history.steps,
             "rejected_steps": history.rejected,
             "wall_time": history.wall_time,
+            **({} if accuracy is None else {"accuracy": json.dumps(asdict(accuracy) | {"text": accuracy.text})}),
         },
     )
 

@@ -28,7 +28,7 @@ NUMBERS = {
     "steps": (0.0, False),
     "rejected_steps": (0.0, False),
 }
-TEXTS = ("name", "source", "scenario", "scenario_hash", "versions", "validity_warnings", "gaps", "frames")
+TEXTS = ("name", "source", "scenario", "scenario_hash", "versions", "validity_warnings", "gaps", "frames", "accuracy")
 
 
 def check_run(dataset: "xarray.Dataset", variables: Mapping[str, tuple[tuple[str, ...], str, str]]) -> None:

@@ -1,0 +1,97 @@
+"""How far to trust the places of a run: it is set beside the same run with finer steps.
+
+The two differ by about as much as the run is wrong. Looser steps would cost less, but where the longest step allowed
+decides, and not the tolerance, they are the same steps and tell nothing. A device that loses step multiplies every
+error by some 1e5 (`docs/howto/simulate.md`), so what comes before and after that is told apart.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from helimag.engine.batch import TOLERANCE
+from helimag.engine.history import History
+from helimag.engine.methods import DOP853, Method
+from helimag.engine.running import advance
+
+FINER = 1.0 / 30.0  # of the tolerance
+MARGIN = 2.0  # of what is told over what is found: the finer run is wrong, too
+VISIBLE = 1e-5  # m: what cameras tell apart; runs farther apart than that are not the same to anyone who looks
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """A run beside itself with finer steps.
+
+    Attributes
+    ----------
+    in_step
+        Twice the largest distance of the heads up to the first slip, m.
+    first_slip
+        Time of the first sample after one, s; None where neither slips.
+    after_slip
+        Twice the largest distance from there on, m; None where there is nothing after it.
+    slips
+        Turns slipped by the run, and by the one with finer steps.
+    end
+        By how much the two end apart, s.
+    """
+
+    in_step: float
+    first_slip: float | None
+    after_slip: float | None
+    slips: tuple[int, int]
+    end: float
+
+    @property
+    def sensitive(self) -> bool:
+        """Whether only outcomes can be trusted after the first slip, not places nor the number of slips."""
+        return self.after_slip is not None and (self.after_slip > VISIBLE or self.slips[0] != self.slips[1])
+
+    @property
+    def text(self) -> str:
+        """In a sentence."""
+        first = f"places within {self.in_step:.1g} m"
+        if self.first_slip is None:
+            return f"{first}, by the same run with finer steps"
+        until = f"{first} until it loses step, by {self.first_slip:.4g} s"
+        if self.after_slip is None:
+            return until
+        if not self.sensitive:
+            return f"{until}, and within {self.after_slip:.1g} m after that"
+        ours, theirs = self.slips
+        return (
+            f"{until}; after that {1e3 * self.after_slip:.2g} mm from the same run with finer steps, which slips "
+            f"{theirs} turns and not {ours}: trust the outcome, not places or slips"
+            if ours != theirs
+            else f"{until}; after that {1e3 * self.after_slip:.2g} mm from the same run with finer steps: trust the "
+            "outcome, not places"
+        )
+
+
+def accuracy_of(history: History, *, tolerance: float = TOLERANCE, method: Method = DOP853) -> Accuracy:
+    """Run again with finer steps, and compare; ``tolerance`` and ``method`` are those of the run.
+
+    Raises
+    ------
+    RunError
+        Where the numbers broke down.
+    """
+    (finer,) = advance(
+        [history.scenario],
+        initial_states=history.states[:1],
+        tolerance=FINER * tolerance,
+        method=method,
+    )
+    shared = min(len(history.time), len(finer.time))
+    same = np.flatnonzero(history.time[:shared] == finer.time[:shared])
+    apart = MARGIN * np.linalg.norm(history.states[same, :3] - finer.states[same, :3], axis=1)
+    slipped = np.flatnonzero((history.slips[same] > 0.0) | (finer.slips[same] > 0.0))
+    first = int(slipped[0]) if slipped.size else len(same)
+    return Accuracy(
+        in_step=float(apart[:first].max(initial=0.0)),
+        first_slip=float(history.time[same[first]]) if slipped.size else None,
+        after_slip=float(apart[first:].max()) if slipped.size else None,
+        slips=(int(history.slips[-1]), int(finer.slips[-1])),
+        end=abs(float(history.time[-1] - finer.time[-1])),
+    )
