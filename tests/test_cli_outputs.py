@@ -52,7 +52,7 @@ def test_a_file_that_holds_no_run_is_refused_with_what_can_be_drawn(tmp_path, mo
     said = run("plot", "map.nc")
     assert said.status == 2
     assert said.err.startswith("helimag: map.nc: a trajectory needs time")
-    assert "plot draws what simulate, robot replay or vision wrote, sweeps and calibrations" in said.err
+    assert "plot draws what simulate, robot replay, vision or calibrate wrote, and sweeps" in said.err
 
 
 def test_presets_stand_in_columns():

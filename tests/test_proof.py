@@ -25,6 +25,7 @@ from helimag.proof import (
     check_file,
     prove,
     read_certificate,
+    sentence,
     tolerated,
     with_certificate,
 )
@@ -76,7 +77,7 @@ def test_the_orbit_is_proved(proof: Proof) -> None:
     assert proof.stability
     assert proof.bound < 1.0
     assert 0.0 < proof.box < 1e-8
-    assert "tends to it for ever" in proof.reason
+    assert "tends to the orbit for ever" in proof.reason
     assert 1e-6 < proof.certificate.claims.basin < 1e-3
 
 
@@ -297,6 +298,108 @@ def test_what_is_no_certificate_is_refused(text: str, tmp_path) -> None:
         read_certificate(text)
     with pytest.raises(FileError):
         check_file(tmp_path / "nothing.json")
+
+
+def with_tolerance(certificate: Certificate, path: str, width: object) -> Certificate:
+    """A certificate whose maker says that an input may be off, the curve not leaning with it."""
+    still = Waves(np.zeros((7, 1)), np.zeros((7, 1)))
+    return replace(certificate, within={path: width}, tube=replace(certificate.tube, lean=still))
+
+
+@pytest.mark.parametrize(
+    ("path", "width"),
+    [
+        ("magnet.radius", "5"),  # acts by floats only: the enclosures would not see it
+        ("workspace.floor", "100"),
+        ("device.weight.helix_density", "1"),  # not given here
+        ("drive.frequency", "-0.1"),
+        ("drive.frequency", "0"),
+        ("drive.frequency", "nan"),
+        ("drive.frequency", 1e-5),
+    ],
+)
+def test_a_tolerance_that_no_enclosure_sees_is_refused(certificate: Certificate, path, width) -> None:
+    with pytest.raises(InputError, match="tolerance"):
+        check(with_tolerance(certificate, path, width))
+
+
+def test_a_tolerance_of_a_weight_that_is_not_given_is_refused(certificate: Certificate) -> None:
+    densities = {"device.weight": {"helix_density": "1100 kg/m^3", "head_density": "7500 kg/m^3"}}
+    other = replace(certificate, scenario=certificate.scenario.replaced(densities))
+    with pytest.raises(InputError, match="not given"):
+        check(with_tolerance(other, "device.weight.net_weight", "0.1"))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda c: c["tube"].update(spans=float(c["tube"]["spans"])),
+        lambda c: c["tube"]["radii"].__setitem__(0, "1e-5"),
+        lambda c: c["tube"]["blocks"].__setitem__(0, False),
+        lambda c: c["tube"].update(odd=3),
+        lambda c: c["tube"].update(cos=c["tube"]["cos"][0], sin=c["tube"]["sin"][0]),
+        lambda c: c["tube"]["cos"][0].__setitem__(0, 10**400),
+        lambda c: c.update(within=["drive.pitch"]),
+    ],
+    ids=["spans", "radius", "block", "odd", "one function", "too large", "within"],
+)
+def test_what_is_of_another_type_is_refused(certificate: Certificate, change) -> None:
+    """With the hash made anew; in one clear line, and before anything is enclosed."""
+    content = json.loads(certificate.text())
+    change(content)
+    with pytest.raises(InputError, match="certificate"):
+        check(read_certificate(resealed(content)))
+
+
+def test_a_key_that_stands_twice_is_refused(certificate: Certificate) -> None:
+    """Readers differ in which of two they take: what a person reads first must be what was checked."""
+    text = certificate.text()
+    assert '"claims": {' in text
+    twice = text.replace(
+        '"claims": {', '"claims": {"existence": true, "stability": true, "basin": 1.0},\n"claims": {', 1
+    )
+    with pytest.raises(InputError, match="twice"):
+        read_certificate(twice)
+
+
+def test_a_tube_too_wide_for_series_is_refused_in_a_line(certificate: Certificate) -> None:
+    """The region holds the magnet's own place, and attitudes all round: enclosures know nothing there."""
+    wide = replace(certificate.tube, radii=(1e3,) * 4, entry=(1e3,) * 4, spans=2)
+    with pytest.raises(InputError, match="proves nothing"):
+        check(replace(certificate, tube=wide))
+
+
+def test_no_certificate_is_about_drag_near_walls(certificate: Certificate, monkeypatch) -> None:
+    """The same device in open water has a certificate; that says nothing of one whose drag depends on the place."""
+    drag = oracles.resistance(oracles.case())
+    monkeypatch.setattr(certificates, "resistance", lambda *_: drag)
+    floor = certificate.scenario.replaced({"workspace.floor": -0.2})
+    open_water = floor.replaced({"device.hydrodynamics": {"model": "boundary"}})
+    about = replace(certificate, scenario=certificates.settled(open_water))
+    assert about.covers(open_water)
+    near = floor.replaced({"device.hydrodynamics": {"model": "boundary", "near_walls": True}})
+    assert not about.covers(near)
+
+
+def test_sentences_are_rounded_outward(certificate: Certificate) -> None:
+    """What is said in words is no more than what is proved."""
+    claims = replace(
+        certificate.claims, box=(3e-10, 4.0e-10, 1e-14), basin=3.6789e-6, basin_turned=math.radians(0.00369),
+        clearance=0.142999, bound=0.9999610000000001,
+    )  # fmt: skip
+    words = sentence(claims)
+    assert "within 0.501 nm of the curve" in words
+    assert "within 3.67 um and 0.0036 deg of that curve" in words
+    assert "at least 142 mm" in words
+    assert "at most 0.999962" in words
+
+
+def test_another_orbit_than_the_one_given_is_not_proved(orbit: hm.Orbit) -> None:
+    """Newton's method leads from beside an orbit to it; of what was given nothing is proved."""
+    result = prove(replace(orbit, state=orbit.state + np.array([2e-4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    assert not result.existence
+    assert result.certificate is None
+    assert "another" in result.reason
 
 
 # --------------------------------------------------------------------------------------------- runs, programmes, CLI

@@ -2,6 +2,7 @@
 
 import math
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,10 +20,13 @@ from helimag.physics.balance import OpenWater, Swimmer  # noqa: E402
 from helimag.physics.kinematics import ArmMotion, State  # noqa: E402
 from helimag.physics.magnetics import FieldSource  # noqa: E402
 from helimag.proof.balls import arithmetic, exact  # noqa: E402
+from helimag.proof.clearance import clearance  # noqa: E402
 from helimag.proof.exact import Inputs, parts, require_provable, written  # noqa: E402
 from helimag.proof.jets import Jet, variables  # noqa: E402
 from helimag.proof.motion import LENGTH, Swimming  # noqa: E402
 from helimag.proof.proving import in_floats  # noqa: E402
+from helimag.proof.tube import Tube  # noqa: E402
+from helimag.proof.waves import Waves  # noqa: E402
 from helimag.scenario import Input, scalar_inputs  # noqa: E402
 
 UNIT = float(LENGTH)
@@ -289,3 +293,54 @@ def test_kinds_of_inputs_are_all_known():
         unit = parts(written(scenario, given.path))[1]
         assert kind is None or unit in _UNITS or unit in _ANGLES or unit == kind.si
     assert Input("drive.pitch").kind(scenario).shown in _ANGLES
+
+
+def test_a_magnets_strength_from_its_remanence_is_exact():
+    """1.35 T and N45 (1.32 to 1.38 T): remanence times r^2 h / 4 over 1e-7, in whole numbers."""
+    for given in ({"remanence": "1.35 T"}, {"grade": "N45"}):
+        magnet = {**given, "radius": "17.5 mm", "height": "20 mm"}
+        scenario = oracles.scenario_of(oracles.case()).replaced({"magnet": [magnet]})
+        expected = Fraction(135, 100) * Fraction(175, 10000) ** 2 * Fraction(2, 100) / 4 * 10**6  # per cubic centimetre
+        with arithmetic():
+            strength = Inputs(scenario).constants().sources[0].strength
+            assert strength.contains(exact(expected))
+            assert float(strength.rad()) < 1e-21 * float(strength)
+        assert float(strength) == pytest.approx(scenario.magnet[0].dipole_moment * 1e-7 / UNIT**3, rel=1e-15)
+
+
+NOT_ENCLOSED = {
+    "an arm that turns and moves sideways": (
+        {"drive.yaw_rate": 0.03, "drive.velocity": (1e-4, 0.0, 0.0)},
+        "drive.velocity",
+    ),
+    "a sampled path": (
+        {"drive.yaw_rate": 0.0, "drive.path": {"position": [(0.0, 0.0, 0.15), (0.1, 0.0, 0.15)], "time": [0.0, 1e4]}},
+        "drive.path",
+    ),
+    "walls that hold": ({"workspace.surface": 0.05, "workspace.contact": "hold"}, "workspace.contact"),
+}
+
+
+@pytest.mark.parametrize("name", NOT_ENCLOSED)
+def test_a_drive_or_walls_that_the_equations_leave_out_are_refused(name):
+    """These equations hold a frame in which the drive repeats, and no forces of walls."""
+    changes, told = NOT_ENCLOSED[name]
+    with arithmetic(), pytest.raises(InputError, match=told):
+        Inputs(oracles.scenario_of(oracles.case()).replaced(changes)).constants()
+
+
+def test_clearance_is_from_where_a_run_ends():
+    """Two magnets of different size: a run ends as near to either as the larger one reaches."""
+    scenario = oracles.scenario_of(oracles.case(**CASES["two magnets, densities"]))
+    scenario = scenario.replaced({"magnet.0.radius": "2 mm", "magnet.0.height": "2 mm", "magnet.1.radius": "40 mm"})
+    state = [*scenario.drive.start, 0.5, 0.5, -0.5, 0.5]
+    curve = [exact(float(x)) / exact(LENGTH) for x in state[:3]] + [exact(float(x)) for x in state[3:]]
+    still = Waves(np.zeros((0, 1)), np.zeros((0, 1)))
+    tube = Tube(still, (0,), (1e-9,), (1e-9,), (-1.0,), (0.0,), (False,), 1, 1, 1, 1)
+    with arithmetic():
+        motion = Swimming(Inputs(scenario).constants())
+        span = SimpleNamespace(straight=SimpleNamespace(curve=curve, frame=flint.arb_mat(6, 6)))
+        found = clearance(scenario, motion, tube, [span])
+        magnets = [[float(x) * UNIT for x in source.place] for source in motion.constants.sources]
+    gaps = [math.dist(state[:3], place) - scenario.contact_distance for place in magnets]
+    assert found == pytest.approx(min(gaps), rel=1e-12)

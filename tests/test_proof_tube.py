@@ -9,7 +9,7 @@ import pytest
 flint = pytest.importorskip("flint")
 
 from helimag.proof.balls import arithmetic, exact  # noqa: E402
-from helimag.proof.theorem import enters, theorem_of  # noqa: E402
+from helimag.proof.theorem import _time_in, enters, theorem_of  # noqa: E402
 from helimag.proof.tube import N, Tube, spans_of, straights_of, views_of  # noqa: E402
 from helimag.proof.waves import Waves  # noqa: E402
 
@@ -231,3 +231,17 @@ def test_a_missing_span_proves_nothing() -> None:
     with arithmetic():
         less = theorem_of(tube, spans[:-1])
     assert (less.existence, less.stability, less.instability) == (False,) * 3
+
+
+@pytest.mark.parametrize("rate", [-700.0, -31.7, -1.01, -0.99, 0.0, 1e-9, 2.5])
+def test_time_in_a_span_is_bounded_from_above(rate: float) -> None:
+    """The integral of exp(rate t), to 300 bits: no bound may be below it, and where motion decays it is tight."""
+    for parts in (1, 3, 7):
+        with arithmetic(300):
+            a, step = exact(rate), exact(1) / parts
+            true = ((a * step).exp() - 1) / a if rate else step
+        with arithmetic():
+            bound = _time_in(exact(rate), exact(1) / parts)
+        with arithmetic(300):
+            assert bound.upper() >= true
+        assert rate * float(step) > -1.0 or float(bound) == pytest.approx(float(true), rel=1e-15)

@@ -54,7 +54,7 @@ def plot(
         trajectory = Trajectory.load(run)
     except InputError as error:
         raise InputError(
-            f"{error}; plot draws what simulate, robot replay or vision wrote, sweeps and calibrations"
+            f"{error}; plot draws what simulate, robot replay, vision or calibrate wrote, and sweeps"
         ) from None
     if animate is not None:
         with progress_bar(f"filming {run.name}") as progress:

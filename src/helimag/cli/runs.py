@@ -98,7 +98,8 @@ def simulate(
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to continue the run where there is none.
     ensemble
-        What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is.
+        What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is, without
+        orbits or accuracy.
     noise
         With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
         repeated.
@@ -115,6 +116,8 @@ def simulate(
     if ensemble is not None:
         if output is not None:
             raise InputError("--output writes one run; with --ensemble use --json")
+        if certificate is not None or method != "direct":
+            raise InputError("--certificate and --method are for one run; leave them out with --ensemble")
         chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
         predict(chosen, ensemble, drawn, device=device, json=json)
         return

@@ -56,7 +56,17 @@ from helimag.orbits.datasets import (
     map_dataset,
     save_dataset,
 )
-from helimag.orbits.strobe import Floats, Orbit, Watch, chart, find_orbit, find_orbits, list_orbits, open_water
+from helimag.orbits.strobe import (
+    Floats,
+    Orbit,
+    Watch,
+    chart,
+    find_orbit,
+    find_orbits,
+    list_orbits,
+    open_water,
+    require_periodic,
+)
 from helimag.outcomes import Future, OrbitStatus, Why
 
 __all__ = [
@@ -112,6 +122,7 @@ __all__ = [
     "map_of",
     "observed_growth",
     "open_water",
+    "require_periodic",
     "save_dataset",
     "seeds_within",
     "slow_flow",

@@ -7,6 +7,7 @@ the conclusions again. The search for the tube has no part in it.
 import hashlib
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from fractions import Fraction
@@ -20,7 +21,7 @@ from helimag.files import replacing
 from helimag.hydrodynamics import resistance
 from helimag.proof.balls import PRECISION, arithmetic, exact, largest, lower, root_of_squares, size, upper
 from helimag.proof.clearance import clearance
-from helimag.proof.exact import WIRE_MODELS, Inputs
+from helimag.proof.exact import TOLERATED, WIRE_MODELS, Inputs
 from helimag.proof.motion import LENGTH, Swimming
 from helimag.proof.theorem import Disc, enters, theorem_of
 from helimag.proof.tube import (
@@ -37,7 +38,7 @@ from helimag.proof.tube import (
     views_of,
 )
 from helimag.proof.waves import Waves, basis
-from helimag.scenario import Scenario, parse
+from helimag.scenario import Input, Scenario, parse
 
 if TYPE_CHECKING:
     from flint import arb, arb_mat
@@ -146,10 +147,13 @@ class Certificate:
 
 
 def settled(scenario: Scenario) -> Scenario:
-    """The scenario with its resistance as a matrix where it is solved for in floats: that matrix is then an input."""
+    """The scenario with its resistance as a matrix where it is solved for in floats: that matrix is then an input.
+
+    Drag that depends on the place is no matrix, and stays what it is: no certificate is about it.
+    """
     device = scenario.device
     model = device.hydrodynamics.model
-    if model == "matrix" or (device.helix is not None and model in WIRE_MODELS):
+    if device.hydrodynamics.near_walls or model == "matrix" or (device.helix is not None and model in WIRE_MODELS):
         return scenario
     matrix = resistance(device, scenario.fluid)
     even = (matrix + matrix.T) / 2.0
@@ -192,7 +196,8 @@ def claims_of(
             spans = spans_of(dynamics, tube, straights or straights_of(dynamics, tube))
             frame = frame_at(dynamics.middle, tube, exact(0))
             across = frame.inv()
-        except ZeroDivisionError:  # a ball of frames that holds a singular one
+        # a ball of frames that holds a singular one, or a series that is divided by one with zero in its first ball
+        except (ZeroDivisionError, ValueError):
             return None
         theorem = theorem_of(tube, spans)
         widths = {path: Fraction(width) for path, width in within.items()}
@@ -258,7 +263,7 @@ def read_certificate(text: str) -> Certificate:
         Where it is none, or is not as it was written.
     """
     try:
-        content = json.loads(text)
+        content = json.loads(text, object_pairs_hook=_once)
         recorded = content.pop("sha256")
         if content["format"] != FORMAT:
             raise InputError(f"a certificate must be of the format '{FORMAT}'; got '{content['format']}'")
@@ -281,13 +286,22 @@ def read_certificate(text: str) -> Certificate:
             Tube(waves, lean=lean, **(tube | lists)),
             Claims(**(claims | discs | triples)),
         )
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        if isinstance(error, InputError):
-            raise
+        again = digest(certificate.content())
+    except InputError:
+        raise
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         raise InputError(f"this is no certificate of a proof: {error}") from None
-    if certificate.content() != content:
+    if again != recorded:
         raise InputError("the certificate says what this version does not: it was made by another, or changed")
     return certificate
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON, in which no key may stand twice: a reader might take the other one."""
+    content = dict(pairs)
+    if len(content) != len(pairs):
+        raise InputError("the certificate has a key twice: it was changed")
+    return content
 
 
 def check(certificate: Certificate) -> Claims:
@@ -303,6 +317,7 @@ def check(certificate: Certificate) -> Claims:
     InputError
         Where the enclosures do not prove exactly these claims.
     """
+    _require_tolerances(certificate)
     _require_whole(certificate.tube, len(certificate.within))
     found = claims_of(certificate.scenario, certificate.within, certificate.tube)
     if found is None:
@@ -347,10 +362,36 @@ def certificate_in(path: str | Path) -> Certificate:
     return read_certificate(text)
 
 
+def _require_tolerances(certificate: Certificate) -> None:
+    """Refuse a tolerance of an input that is not enclosed over all its values wherever it acts, or not given."""
+    for path, width in certificate.within.items():
+        if path not in TOLERATED:
+            raise InputError(
+                f"the certificate's inputs with a tolerance must be of {', '.join(TOLERATED)}; got '{path}'"
+            )
+        Input(path).value(certificate.scenario)
+        if not (isinstance(width, str) and re.fullmatch(r"\d+(\.\d+)?(e[-+]\d+)?", width) and Fraction(width) > 0):
+            raise InputError(f"the certificate's tolerance of {path} must be a number above zero; got {width!r}")
+
+
 def _require_whole(tube: Tube, inputs: int) -> None:
     """Refuse a tube whose parts do not fit together: the bounds are sums over them."""
+    lists, whole = (tube.radii, tube.entry, tube.decay, tube.swing), (tube.spans, tube.order, tube.fine, tube.coarse)
+    numbers = (
+        all(isinstance(each, tuple) for each in (*lists, tube.blocks, tube.odd))
+        and all(type(value) is float for each in lists for value in each)
+        and all(type(value) is int for value in (*whole, *tube.blocks))
+        and all(type(value) is bool for value in tube.odd)
+        and tube.waves.cos.ndim == tube.lean.cos.ndim == 2
+    )
+    if not (numbers and _fits(tube, inputs)):
+        raise InputError("the certificate's tube is not one: its blocks, columns and radii do not fit together")
+
+
+def _fits(tube: Tube, inputs: int) -> bool:
+    """Whether numbers, sizes and shapes of a tube are such that the bounds speak of all of it."""
     count, sizes = len(tube.radii), np.diff([*tube.blocks, N])
-    fits = (
+    return (
         tube.waves.cos.shape == tube.waves.sin.shape
         and tube.waves.count == Swimming.components + N * N
         and tube.lean.cos.shape == tube.lean.sin.shape
@@ -365,8 +406,6 @@ def _require_whole(tube: Tube, inputs: int) -> None:
         and min(tube.spans, tube.order, tube.fine, tube.coarse) >= 1
         and tube_closes(tube)
     )
-    if not fits:
-        raise InputError("the certificate's tube is not one: its blocks, columns and radii do not fit together")
 
 
 def tube_closes(tube: Tube) -> bool:

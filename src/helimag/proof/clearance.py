@@ -33,10 +33,12 @@ def _over_span(scenario: Scenario, motion: Swimming, tube: Tube, span: Span) -> 
     tail = [h - frame[i][0].v * _length(device.tail_length) for i, h in enumerate(head)]
     ends = [(head, _length(device.head_radius)), (tail, _length(device.tail_radius))]
     gaps: list[Any] = []
-    for source, magnet in zip(motion.constants.sources, scenario.magnet, strict=True):
+    # a run ends as near to any magnet as the largest one reaches
+    reach = max(magnet.reach for magnet in scenario.magnet)
+    for source in motion.constants.sources:
         away = [h - p * unit for h, p in zip(head, source.place, strict=True)]
         square = sum((a * a for a in away), exact(0))
-        gaps.append(square.sqrt() - _length(magnet.reach) - _length(device.head_radius))
+        gaps.append(square.sqrt() - _length(reach) - _length(device.head_radius))
     low, high = open_water(scenario).workspace.box
     round_trip = scenario.drive.yaw_rate != 0.0
     for axis in range(3):

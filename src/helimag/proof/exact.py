@@ -11,11 +11,12 @@ import numpy as np
 from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.hydrodynamics import STANDARD_GRAVITY, resistance
+from helimag.orbits import require_periodic
 from helimag.proof import drag
 from helimag.proof.balls import exact, flint
 from helimag.proof.jets import VARIABLES, Jet
 from helimag.proof.motion import LENGTH, Constants, Source
-from helimag.scenario import Device, Input, Scenario
+from helimag.scenario import REMANENCE, Device, Input, Scenario
 
 if TYPE_CHECKING:
     from flint import arb, arb_mat
@@ -24,6 +25,8 @@ _UNITS = {"mm": Fraction(1, 1000), "mm/s": Fraction(1, 1000), "uN": Fraction(1, 
 _ANGLES = {"deg", "deg/s"}  # a half turn is 180 of them
 _WRITTEN = re.compile(r"([-+.\deE]+)(?: (.+))?")
 WIRE_MODELS = {"lighthill", "gray-hancock"}
+# what may have a tolerance: everything that acts through one of these is enclosed over all its values
+TOLERATED = ("drive.frequency", "drive.pitch", "drive.distance", "device.weight.net_weight")
 
 
 def written(scenario: Scenario, path: str) -> str:
@@ -125,13 +128,24 @@ class Inputs:
         x, y, z = (self.read(f"{name}.offset.{axis}") for axis in "xyz")
         offset = [cos * x - sin * z, y, sin * x + cos * z]
         phase = self.read(f"{name}.phase") if magnet.phase is not None else exact(0)
-        moment = self.read(f"{name}.moment") if magnet.moment is not None else exact(magnet.dipole_moment)
         return Source(
             place=[(a + b) / unit for a, b in zip(self.arm(cos, sin), offset, strict=True)],
-            strength=moment / 10**7 / unit**3,
+            strength=self._magnet_moment(i, name) / 10**7 / unit**3,
             cos_phase=phase.cos(),
             sin_phase=phase.sin(),
         )
+
+    def _magnet_moment(self, i: int, name: str) -> "arb":
+        """Dipole moment (A m^2): as given, or remanence times volume over mu0 = 4 pi 1e-7, where pi cancels."""
+        magnet = self.scenario.magnet[i]
+        if magnet.moment is not None:
+            return self.read(f"{name}.moment")
+        if magnet.grade is not None:
+            remanence = exact(sum(Fraction(str(end)) for end in REMANENCE[magnet.grade]) / 2)
+        else:
+            remanence = self.read(f"{name}.remanence")
+        radius, height = self.read(f"{name}.radius"), self.read(f"{name}.height")
+        return remanence * radius * radius * height * 10**7 / 4
 
     def _weight(self) -> "tuple[arb, arb]":
         """Weight less buoyancy (N), and its moment about the origin (N m)."""
@@ -201,6 +215,12 @@ def require_provable(scenario: Scenario) -> None:
         Naming what stands against a proof.
     """
     device: Device = scenario.device
+    require_periodic(scenario)
+    if scenario.workspace.holds:
+        raise InputError(
+            'workspace.contact must be "stop" for a proof: walls that hold push, and a surface pulls, before they are '
+            "touched, and that is not enclosed"
+        )
     if scenario.magnet[0].field != "dipole":
         raise InputError('magnet.field must be "dipole" for a proof; the cylinder\'s multipoles are not enclosed')
     if device.hydrodynamics.near_walls:

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from helimag.proof.balls import arithmetic
 from helimag.proof.certificate import Certificate, Claims, claims_of, dynamics_of, settled
 from helimag.proof.exact import Inputs, require_provable
 from helimag.proof.guess import Extent, Guess, extent_of, guess_around
-from helimag.proof.motion import Constants, Source, Swimming
+from helimag.proof.motion import LENGTH, Constants, Source, Swimming
 from helimag.proof.tube import Straight, Tube, straights_of
 from helimag.scenario import Scenario
 
@@ -26,6 +27,7 @@ GRIDS: tuple[dict[str, int], ...] = (
     {"spans": 192, "order": 12, "fine": 20, "coarse": 3},
     {"spans": 384, "order": 12, "fine": 20, "coarse": 3},
 )  # how time is cut; finer where coarser does not decide
+SAME_PLACE, SAME_ATTITUDE = 1e-6, 1e-3  # m and rad, between the orbit given and the curve that its proof is about
 SIZES = ((0.65, 0.9), (0.3, 0.7), (0.1, 0.5), (0.01, 0.5))  # of the tube and the starts that floats suggest
 
 
@@ -118,6 +120,8 @@ def prove(orbit: Orbit) -> Proof:
     guess = guess_around(floats, orbit.state)
     if isinstance(guess, str):
         return ended(f"not proved: {guess}")
+    if not _same(guess, orbit):
+        return ended("not proved: what is given is no orbit, as Newton's method leads from it to another one")
     best: Claims | None = None
     for tubes in tubes_to_try(guess, extent_of(guess, floats)):
         straights = _straights(scenario, tubes[0])
@@ -131,12 +135,21 @@ def prove(orbit: Orbit) -> Proof:
     return ended(_why_not(guess, best))
 
 
+def _same(guess: Guess, orbit: Orbit) -> bool:
+    """Whether a curve is the orbit that it was guessed from: Newton's method may have gone to another one."""
+    state = guess.waves.values(np.zeros(1))[:7, 0]
+    away = np.linalg.norm(state[:3] * float(LENGTH) - orbit.position)
+    turned = 2.0 * min(float(np.linalg.norm(state[3:] - sign * orbit.state[3:])) for sign in (1.0, -1.0))
+    return bool(away <= SAME_PLACE + 10.0 * orbit.position_error and turned <= SAME_ATTITUDE)
+
+
 def _straights(scenario: Scenario, tube: Tube) -> list[Straight] | None:
-    """What holds on the curve, for all tubes around it; None where a span is too long for its frames to be inverted."""
+    """What holds on the curve, for all tubes around it; None where a span is too long for what is divided by in it."""
     with arithmetic():
+        dynamics = dynamics_of(scenario, {})
         try:
-            return straights_of(dynamics_of(scenario, {}), tube)
-        except ZeroDivisionError:
+            return straights_of(dynamics, tube)
+        except (ZeroDivisionError, ValueError):
             return None
 
 
@@ -177,14 +190,16 @@ def _rounded(radii: NDArray[np.float64]) -> tuple[float, ...]:
 
 
 def sentence(claims: Claims) -> str:
-    """What is proved, in words."""
-    place = f"an orbit exists within {_length(max(claims.box))} of the curve given, alone in a tube around it"
+    """What is proved, in words; numbers are rounded to the side on which the sentence still holds."""
+    near = _length(math.hypot(*claims.box), ROUND_CEILING)
+    place = f"an orbit exists within {near} of the curve given, alone in a tube around it"
     if not claims.stability:
         fate = "it is unstable" if claims.instability else "whether it attracts is not proved"
         return f"{place}; {fate}"
-    turned = f"{math.degrees(claims.basin_turned):.2g} deg"
-    stays = f"every start within {_length(claims.basin)} and {turned} of it stays near and tends to it for ever"
-    clear = f"at least {_length(claims.clearance)} from all around it"
+    turned = f"{_digits(Decimal(math.degrees(claims.basin_turned)), 2, ROUND_FLOOR)} deg"
+    start = f"{_length(claims.basin, ROUND_FLOOR)} and {turned}"
+    stays = f"every start within {start} of that curve as a turn begins stays near and tends to the orbit for ever"
+    clear = f"at least {_length(claims.clearance, ROUND_FLOOR)} from all around it"
     if not claims.clearance > 0.0:
         clear = "that it keeps clear of what is around it is not proved"
     return f"{place}; {stays}; a turn multiplies distances by at most {_below_one(claims.bound)}; {clear}"
@@ -192,14 +207,19 @@ def sentence(claims: Claims) -> str:
 
 def _below_one(bound: float) -> str:
     """A bound rounded up, so that it is never said smaller than it is."""
-    return f"{math.ceil(bound * 1e6) / 1e6:.6f}" if bound < 0.999999 else repr(bound)
+    return f"{Decimal(bound).quantize(Decimal('1e-6'), ROUND_CEILING)}" if bound < 0.999999 else repr(bound)
 
 
-def _length(length: float) -> str:
-    for unit, name in ((1e-3, "mm"), (1e-6, "um"), (1e-9, "nm")):
-        if length >= unit:
-            return f"{length / unit:.3g} {name}"
-    return f"{length / 1e-9:.2g} nm"
+def _length(length: float, rounding: str) -> str:
+    digits, name = next(((n, unit) for n, unit in ((3, "mm"), (6, "um")) if abs(length) >= 10.0**-n), (9, "nm"))
+    return f"{_digits(Decimal(length).scaleb(digits), 3, rounding)} {name}"
+
+
+def _digits(number: Decimal, digits: int, rounding: str) -> str:
+    """A number to so many digits, rounded up or down."""
+    if not number:
+        return "0"
+    return f"{number.quantize(Decimal(1).scaleb(number.adjusted() + 1 - digits), rounding):f}"
 
 
 def _why_not(guess: Guess, claims: Claims | None) -> str:

@@ -195,7 +195,8 @@ def _carried(span: Span, lengths: "list[arb]", step: "arb", region: "list[arb]")
         ]
         added = [rise[b] * _time_in(rate[b], step) for b in blocks]
         need = [size(largest([exact(1), (rate[b] * step).exp()]) * lengths[b] + added[b]) for b in blocks]
-        if not all(n <= r for n, r in zip(need, region, strict=True)):
+        # strictly inside: what was enclosed holds in the region only
+        if not all(n < r for n, r in zip(need, region, strict=True)):
             return None
         if all(n < h for n, h in zip(need, hull, strict=True)):
             return [size((rate[b] * step).exp() * lengths[b] + added[b]) for b in blocks]
@@ -205,8 +206,9 @@ def _carried(span: Span, lengths: "list[arb]", step: "arb", region: "list[arb]")
 
 def _time_in(rate: "arb", step: "arb") -> "arb":
     """Bound of the integral of exp(rate t) over a step."""
-    plain = step * largest([exact(1), (rate * step).exp()])
-    return -largest([-plain, -((rate * step).exp() - 1) / rate]) if rate * step < -1 else plain
+    if rate * step < -1:
+        return size(((rate * step).exp() - 1) / rate)
+    return size(step * largest([exact(1), (rate * step).exp()]))
 
 
 def _discs(tube: Tube, spans: Sequence[Span], radii: "Sequence[arb]") -> list[Disc]:

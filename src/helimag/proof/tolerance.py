@@ -12,7 +12,7 @@ import numpy as np
 from helimag.errors import InputError
 from helimag.proof.balls import arithmetic
 from helimag.proof.certificate import Certificate, claims_of
-from helimag.proof.exact import Inputs, ball_of, parts, written
+from helimag.proof.exact import TOLERATED, Inputs, ball_of, parts, written
 from helimag.proof.guess import FAST, hill_matrix, linearized, waves_through
 from helimag.proof.motion import Swimming, product
 from helimag.proof.proving import in_floats
@@ -20,7 +20,7 @@ from helimag.proof.tube import N, Tube
 from helimag.proof.waves import Floats, Waves
 from helimag.scenario import Scenario
 
-PATHS = ("drive.frequency", "drive.pitch", "drive.distance", "device.weight.net_weight")
+PATHS = TOLERATED
 PARTS = (2.0, 1.5, 1.0, 0.5, 0.2)  # of the widths by which the orbit moves as far as the tube is wide
 NARROWER = 0.5  # than the certificate's, a tube that has to bear the inputs too
 PROBE = Fraction(1, 10**5)  # relative, of an input, for differences

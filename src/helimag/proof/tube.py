@@ -169,11 +169,6 @@ def _time(tube: Tube, k: int) -> "tuple[arb, arb]":
     return exact(2 * k + 1) / (2 * tube.spans), exact(1) / (2 * tube.spans)
 
 
-def _whole(tube: Tube, at: "arb") -> "arb":
-    """The span around a time."""
-    return flint().arb(at.mid(), _time(tube, 0)[1])
-
-
 def _straight(views: Views, tube: Tube, k: int) -> Straight:
     middle, half = _time(tube, k)
     wide = flint().arb(middle, half)
@@ -207,7 +202,7 @@ def _span(dynamics: Dynamics, tube: Tube, k: int, straight: Straight) -> Span:
     middle, half = _time(tube, k)
     wide = flint().arb(middle, half)
     second = _over_span(
-        _bends(dynamics, tube, middle, tube.coarse), _bends(dynamics, tube, wide, tube.coarse + 1), half
+        _bends(dynamics, tube, middle, tube.coarse, wide), _bends(dynamics, tube, wide, tube.coarse + 1, wide), half
     )
     blocks, linear, count = tube.columns, straight.linear, range(len(tube.blocks))
     inputs = len(tube.lean.cos) // dynamics.components
@@ -396,14 +391,14 @@ def _over_span(thin: "list[arb_mat]", wide: "list[arb_mat]", half: "arb") -> "li
     return result
 
 
-def _bends(dynamics: Dynamics, tube: Tube, at: "arb", order: int) -> "list[arb_mat]":
+def _bends(dynamics: Dynamics, tube: Tube, at: "arb", order: int, span: "arb") -> "list[arb_mat]":
     """Taylor coefficients in time of second derivatives of F by y and the inputs, enclosed over region and inputs.
 
-    A row of (6 + inputs) squared for each of the six components.
+    A row of (6 + inputs) squared for each of the six components. The region is that of the whole span around the time,
+    as the deviation is held while time is expanded.
     """
     library = flint()
-    whole = basis(tube.waves.cos.shape[1], _whole(tube, at), 1)
-    over = _curve_and_frame(dynamics.components, tube.waves.matrix * whole)[1][0]
+    over = frame_at(dynamics, tube, span)
     rates, frame = _rates(dynamics, tube, at, order, first=True, reach=deviations(tube, over, tube.region))
     side = N + len(tube.lean.cos) // dynamics.components
     right = [_extended(part, side, int(n == 0)) for n, part in enumerate(frame)]

@@ -29,6 +29,7 @@ from helimag.scenario._fields import (
 )
 from helimag.scenario._files import load, parse, preset_names
 from helimag.scenario._path import Path
+from helimag.scenario._remanence import REMANENCE
 from helimag.scenario._scenario import MARKS, Scenario, messages, validated
 from helimag.scenario._surroundings import PAPER_TANK, Drive, Fluid, Magnet, Run, Walls, Workspace
 from helimag.scenario.inputs import Input, check_apart, drive_inputs, scalar_inputs, varied
@@ -38,6 +39,7 @@ from helimag.scenario.priors import LogUniform, Normal, Prior, Uniform
 __all__ = [
     "MARKS",
     "PAPER_TANK",
+    "REMANENCE",
     "Acceleration",
     "Angle",
     "AngularRate",
