@@ -11,6 +11,7 @@ from helimag.engine.events import Bounds, pack_bounds
 from helimag.engine.loop import Progress, build_advance
 from helimag.engine.samples import Record, Schedule, pack_schedules
 from helimag.engine.structures import structs
+from helimag.engine.turn_memory import pack_memory
 from helimag.physics.balance import Swimmer
 from helimag.physics.magnetics import FieldSource
 
@@ -138,7 +139,8 @@ def fixed_steps(c, duration, steps):
     ]
     progress = wp.array(structs(Progress, [{"state": oracles.start_of(c), "step": 1.0}]), dtype=Progress, device="cpu")
     records = wp.zeros((1, 2), dtype=Record, device="cpu")
-    wp.launch(build_advance(system, DOP853), dim=1, inputs=[*arrays, 2 * steps, progress, records], device="cpu")
+    inputs = [*arrays, 2 * steps, progress, records, pack_memory((), "cpu")]
+    wp.launch(build_advance(system, DOP853), dim=1, inputs=inputs, device="cpu")
     end = progress.numpy()[0]
     assert end["steps"] == steps
     assert end["rejected"] == 0
