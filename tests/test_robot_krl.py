@@ -89,7 +89,10 @@ drives = st.fixed_dictionaries(
 @settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(changes=drives, spline=st.booleans())
 def test_round_trip_of_random_scenarios(changes, spline):
-    """ArmPlan, text, parser, poses: 1 um, 1e-6 rad, 0.1 %. A drive too slow to be programmed is refused by name."""
+    """ArmPlan, text, parser, poses: 1 um, 1e-6 rad, 0.1 %. A drive too slow to be programmed is refused by name.
+
+    Where points of a spline block are too far apart for its course to be sure, it is refused, and lines serve.
+    """
     scenario = load("nose-first/table1-row1").replaced({"workspace": {}, **changes})
     found = plan(scenario, CELL)
     if not found.feasible:
@@ -97,7 +100,11 @@ def test_round_trip_of_random_scenarios(changes, spline):
     speeds = np.linalg.norm(np.diff(found.path.at(found.times).position, axis=0), axis=1) / np.diff(found.times)
     if speeds.max() > 0.0 and speeds.min() < 1e-6:
         return
-    trip = played(found, spline=spline)
+    try:
+        trip = played(found, spline=spline)
+    except InputError as error:
+        assert spline and "the course of a spline block" in str(error)  # noqa: PT017, PT018
+        trip = played(found)
     assert trip.position < 1e-6
     assert trip.axis < 1e-6
     assert trip.timing < 1e-3
