@@ -425,6 +425,19 @@ def test_a_programme_names_the_certificate(certificate: Certificate, orbit: hm.O
         programme_texts(other, certificate=certificate, accept_unbounded=True)
 
 
+def test_nothing_forged_travels(certificate: Certificate, orbit: hm.Orbit) -> None:
+    """A claim changed by somebody who makes the hash anew gets into no run's file and no programme's header."""
+    content = json.loads(certificate.text())
+    put(content, ("claims", *next(iter(numbers_in(content["claims"])))), changed)
+    forged = read_certificate(resealed(content))
+    run = hm.simulate(orbit.scenario.replaced({"run.duration": "5 s"}))
+    with pytest.raises(InputError, match="does not prove"):
+        with_certificate(run, forged)
+    short = plan(orbit.scenario.replaced({"run.duration": "20 s"}), CELL)
+    with pytest.raises(InputError, match="does not prove"):
+        programme_texts(short, certificate=forged, accept_unbounded=True, name="forged")
+
+
 def test_command_proves_and_checks(proof: Proof, tmp_path, monkeypatch) -> None:
     """From a scenario's file to a certificate that is read back; the proof itself is the one above."""
     monkeypatch.setattr("helimag.proof.prove", lambda _: proof)

@@ -325,3 +325,22 @@ def test_headers_say_what_the_lab_must_know():
     assert "; Motor: on with $OUT[5], waits for $IN[7], $IN[8]; off on a stop" in src
     assert "; Load: 1.2 kg" in src
     assert "; At the end the arm goes up by 100 mm" in src
+
+
+def test_a_course_that_is_not_sure_is_refused_with_the_remedy():
+    """Yaw and a sideways way at once: chords whose turn a smooth course could leave by 1.4e-5 rad."""
+    changes = {
+        "workspace": {},
+        "drive.pitch": 0.3499433742966992,
+        "drive.distance": 0.09131363417552142,
+        "drive.pitch_about": "origin",
+        "drive.start": (0.018498924409721774, 0.0016930600593658973, 0.0),
+        "drive.yaw_rate": -0.031143473095525114,
+        "drive.velocity": (-0.00010897494631501698, -0.00010080297919893037, 0.00020459901812223854),
+        "run.duration": 23.517580531639254,
+    }
+    found = plan(load("nose-first/table1-row1").replaced(changes), load_cell())
+    assert found.feasible
+    with pytest.raises(InputError, match=r"course of a spline block .*leave --spline out"):
+        programme_texts(found, accept_unbounded=True, spline=True, name="arc")
+    assert "arc.src" in programme_texts(found, accept_unbounded=True, name="arc")

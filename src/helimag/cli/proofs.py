@@ -47,8 +47,7 @@ def checked_for(path: Path, scenario: "Scenario") -> "Certificate":
     from helimag import proof
 
     certificate = proof.certificate_in(path)
-    proof.require_covered(certificate, scenario)
-    proof.check(certificate)
+    proof.require_proof_of(certificate, scenario)
     return certificate
 
 

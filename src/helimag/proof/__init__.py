@@ -1,6 +1,6 @@
 """Proofs: that an orbit exists, alone, and attracts, by enclosures; certificates of them, and their check."""
 
-from helimag.proof.carrying import certificate_of, line, require_covered, with_certificate
+from helimag.proof.carrying import certificate_of, line, require_covered, require_proof_of, with_certificate
 from helimag.proof.certificate import Certificate, Claims, certificate_in, check, check_file, read_certificate
 from helimag.proof.exact import require_provable
 from helimag.proof.proving import Proof, prove, sentence
@@ -20,6 +20,7 @@ __all__ = [
     "prove",
     "read_certificate",
     "require_covered",
+    "require_proof_of",
     "require_provable",
     "sentence",
     "tolerated",

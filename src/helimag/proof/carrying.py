@@ -1,7 +1,9 @@
 """Certificates that travel: in a run's file, and as a line of a programme's header."""
 
+from functools import lru_cache
+
 from helimag.errors import InputError
-from helimag.proof.certificate import Certificate, read_certificate
+from helimag.proof.certificate import Certificate, check, read_certificate
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario, parse
 
@@ -23,16 +25,32 @@ def require_covered(certificate: Certificate, scenario: Scenario) -> None:
         )
 
 
+def require_proof_of(certificate: Certificate, scenario: Scenario) -> None:
+    """Refuse a certificate of another scenario, and one whose claims do not follow from its tube; seconds, once.
+
+    Raises
+    ------
+    InputError
+        Where it is about other inputs, or claims what is not proved.
+    """
+    require_covered(certificate, scenario)
+    _proved_again(certificate.text())
+
+
+@lru_cache(maxsize=16)
+def _proved_again(text: str) -> None:
+    check(read_certificate(text))
+
+
 def with_certificate(run: Trajectory, certificate: Certificate) -> Trajectory:
     """The run with the certificate of its scenario in the attribute ``proof_certificate``, as text.
 
     Raises
     ------
     InputError
-        Where the run is none of a scenario, or the certificate is about another.
+        Where the run is none of a scenario, or the certificate is about another or claims what is not proved.
     """
-    scenario = _scenario_of(run)
-    require_covered(certificate, scenario)
+    require_proof_of(certificate, _scenario_of(run))
     return Trajectory(run.dataset.assign_attrs({ATTRIBUTE: certificate.text()}))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from helimag.errors import FileError, InputError, NotFeasible
 from helimag.files import csv_text, replacing
-from helimag.proof import Certificate, line, require_covered
+from helimag.proof import Certificate, line, require_proof_of
 from helimag.robot.arm.cell import Cell
 from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.krl.comparison import Deviation, deviation
@@ -89,7 +89,13 @@ def programme_texts(
     warning = [] if judged.passes else [f"WARNING: NOTHING SHOWS THAT THE DEVICE STAYS. {judged.objection}"]
     header = [*warning, *_header(plan, judged), *proof]
     src, dat = write_krl(plan, name, header, spline=spline)
-    found = deviation(plan, play(src, dat, plan.cell.arm, inputs=plan.cell.inputs))
+    try:
+        playback = play(src, dat, plan.cell.arm, inputs=plan.cell.inputs)
+    except InputError as error:
+        if not spline:
+            raise
+        raise InputError(f"{error}; write lines in place of spline motions (leave --spline out)") from None
+    found = deviation(plan, playback)
     if not found.acceptable:
         raise InputError(f"the programme read back is not the plan: {_shown(found)}")
     header.append(f"Read back: {_shown(found)}")
@@ -121,7 +127,7 @@ def _proof_line(plan: ArmPlan, certificate: Certificate) -> str:
         raise InputError(
             "a certificate covers an even drive; this programme stops to turn axis 6 back: leave the certificate out"
         )
-    require_covered(certificate, plan.scenario)
+    require_proof_of(certificate, plan.scenario)
     return line(certificate)
 
 
