@@ -74,7 +74,9 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         new, error = trial(body, here, drive, magnets, control, now, dt, state, k0)
         lag = wp.vec2d()
         if not error <= ONE:
-            return REJECTED, dt, now, wp.min(rescaled(dt, error), HALF * dt), state, here, k0, lag, RUNNING
+            shorter = wp.min(rescaled(dt, error), HALF * dt)
+            broken = wp.where(shorter < SHORTEST, NOT_FINITE, RUNNING)
+            return REJECTED, dt, now, shorter, state, here, k0, lag, broken
         t = now + dt
         if count == ONE:
             t = end
@@ -105,19 +107,6 @@ def begun(before: Statistics, sample: int, t: wp.float64, state: State) -> Stati
 
 
 @wp.func
-def after_rejection(before: Progress) -> Progress:
-    """The progress after a step that was not taken, with the one to try next in it.
-
-    Steps that are taken are noted in place: a function of the whole progress copies it, 6 % of a run's time.
-    """
-    p = before
-    p.rejected += wp.int64(1)
-    if p.step < SHORTEST:
-        p.status = NOT_FINITE
-    return p
-
-
-@wp.func
 def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
     """The progress once the sample that is due, or the run's end, is recorded."""
     p = before
@@ -132,7 +121,10 @@ def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d
 
 @cache
 def build_advance(system: System, method: Method) -> wp.Kernel:
-    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
+    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to.
+
+    Steps are noted in place: a function of the whole progress would copy it at each, some percent of a run's time.
+    """
     drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)
     leaping, touched = method.leaps and leaps_hold(system), system.medium.touched
@@ -185,7 +177,7 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
                     if wp.static(leaping):
                         p.leap = watched(p.leap, drive.spin_rate, t, lag)
                 elif outcome == REJECTED:
-                    p = after_rejection(p)
+                    p.rejected += wp.int64(1)
                 left -= 1
             if p.time >= end or p.status != RUNNING:
                 p = recorded(p, schedule, run, records)
