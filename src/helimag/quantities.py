@@ -21,7 +21,7 @@ DEGREE, TURN = math.pi / 180.0, 2.0 * math.pi
 class Kind(NamedTuple):
     """A physical kind: its name in messages, SI unit, the unit it is shown in, an example, and units in use.
 
-    Those come with what they are in the SI unit, so that reading them does not wait for pint (0.2 s).
+    Those come with what they are in the SI unit, so that reading them does not wait for pint.
     """
 
     name: str

@@ -1,7 +1,8 @@
 """Coefficients of DOP853: SciPy's own file, read by itself.
 
 E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, sec. II.10. Importing
-``scipy.integrate`` for them takes 0.36 s, a third of a short command; the file needs NumPy alone.
+``scipy.integrate`` for them would take a good part of a short command (``python -X importtime``); the file needs NumPy
+alone.
 """
 
 import importlib.util

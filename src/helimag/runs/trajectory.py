@@ -59,7 +59,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 
 
 class Unlabelled(dict[str, Floats]):
-    """A run's arrays by name, and its attributes: a dataset before xarray, whose import takes 0.3 s, has seen it."""
+    """A run's arrays by name, and its attributes: a dataset before xarray, which is slow to import, has seen it."""
 
     def __init__(self, arrays: Mapping[str, Floats], attrs: Mapping[str, Any]) -> None:
         super().__init__(arrays)
