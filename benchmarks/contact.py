@@ -37,7 +37,9 @@ def main() -> None:
             f"{1e6 * took / history.steps:.2f} us a step, {sum(touch.count for touch in history.touches)} contacts"
         )
     short = pressed.replaced({"run.duration": "100 s"})
-    exact = advance([short], tolerance=1e-12)[0].states[-1, :3]
+    finest = advance([short], tolerance=1e-12)[0]
+    exact = finest.states[-1, :3]
+    print(f"the run below: 100 s with {sum(touch.count for touch in finest.touches)} contacts")
     for tolerance in TOLERANCES:
         history = advance([short], tolerance=tolerance)[0]
         error = np.linalg.norm(history.states[-1, :3] - exact)

@@ -28,7 +28,8 @@ def main() -> None:
     """Print all of it."""
     ends = [str(h.heights.end) for h in advance([with_device_of(row, CASES[0]) for row in ROWS])]
     print("the simulation's device in Table I, rows 1-7:", ", ".join(ends))
-    ends = [str(h.judge().verdict) for h in advance([with_device_of(case, ROWS[0]) for case in CASES])]
+    swapped = [with_device_of(case, ROWS[0]) for case in CASES]
+    ends = [f"{h.judge().verdict} at {h.judge().escape_time:.0f} s" for h in advance(swapped)]
     print("the experiment's device in Fig. 3, A-C:", ", ".join(ends))
     found: Counter[tuple[str, ...]] = Counter()
     for weight, place in product(WEIGHTS, PLACES):

@@ -1,5 +1,8 @@
 """How many orbits of random scenarios are proved: of 40 stable ones, and of 20 unstable ones none may be.
 
+Run: python benchmarks/proofs.py [STABLE UNSTABLE | named]. ``named``: how wide the tubes of four orbits are, and the
+box of inputs that is proved around the first.
+
 Scenarios are drawn around the device of the paper's simulations, with a fixed seed: all inputs of the drive, weight,
 centre of gravity, handedness, viscosity and both readings of pitch. Prints a line an orbit and the counts.
 """
@@ -11,10 +14,11 @@ import time
 import numpy as np
 
 import helimag as hm
-from helimag.proof import prove
+from helimag.proof import prove, tolerated
 
 STABLE, UNSTABLE, SEED = 40, 20, 18
 PRESET = "nose-first/fig3c"
+NAMED = ((2.5, 12.7), (2.0, 14.0), (2.5, 8.0), (3.0, 10.0))  # frequency (Hz) and pitch (deg), as in the tests
 
 
 def drawn(rng):
@@ -35,6 +39,23 @@ def drawn(rng):
     # six digits, as somebody would write them
     rounded = {key: float(f"{value:.6g}") if isinstance(value, float) else str(value) for key, value in changes.items()}
     return hm.load(PRESET).replaced(rounded)
+
+
+def named():
+    """Print size of tube and ball of starts of the named orbits, and the box of inputs around the first."""
+    certificates = []
+    for frequency, pitch in NAMED:
+        changes = {"drive.frequency": f"{frequency} Hz", "drive.pitch": f"{pitch} deg"}
+        certificate = prove(hm.find_orbit(hm.load(PRESET).replaced(changes))).certificate
+        claims = certificate.claims
+        certificates.append(certificate)
+        print(
+            f"{frequency} Hz, {pitch} deg: tube {1e6 * max(claims.tube):.1f} um to each side, "
+            f"starts {1e6 * claims.basin:.1f} um and {math.degrees(claims.basin_turned):.4f} deg",
+            flush=True,
+        )
+    wide = tolerated(certificates[0])
+    print("inputs within", ", ".join(f"{path} {float(width):.2g}" for path, width in wide.within.items()))
 
 
 def main(stable_wanted=STABLE, unstable_wanted=UNSTABLE):
@@ -64,4 +85,6 @@ def main(stable_wanted=STABLE, unstable_wanted=UNSTABLE):
 
 
 if __name__ == "__main__":
+    if sys.argv[1:] == ["named"]:
+        sys.exit(named())
     sys.exit(0 if main(*map(int, sys.argv[1:])) else 1)

@@ -29,6 +29,7 @@ TRIED = {
     "30 uN": {"device.weight.net_weight": "30 uN"},
     "10 uN": {"device.weight.net_weight": "10 uN"},
     "3 uN": {"device.weight.net_weight": "3 uN"},
+    "2 uN": {"device.weight.net_weight": "2 uN"},
     "in a circle, 1.8 deg/s": {**CIRCLE, "drive.yaw_rate": "1.8 deg/s"},
 }
 SURFACES = ("2.55 mm", "3.5 mm", "8 mm")

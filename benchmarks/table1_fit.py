@@ -18,6 +18,7 @@ MEASURED_ANGLE = -6.0  # deg, Fig. 5(B)
 WEIGHTS, PLACES = (48e-6, 53e-6), (-0.5e-3, 0.8e-3)
 NEAR = 2e-3  # m; heights beyond it count as gone
 PUBLISHED_SURFACE = 3.5e-3  # m, Fig. 5(B)
+BEHIND = -0.26e-3  # m, a gravity centre behind the head, where a helix a little heavier than the oil would put it
 
 
 def changed(row: Scenario, weight: float, place: float, **more: object) -> Scenario:
@@ -81,6 +82,9 @@ def main() -> None:
     step = 1e-4 * weight
     ends = [1e3 * straight(weight + change, place).states[-1, 2] for change in (-step, step)]
     print(f"  a ten-thousandth of the weight off, row 1 ends at {ends[0]:+.1f} and {ends[1]:+.1f} mm")
+    behind = level_weight(BEHIND)
+    angle = mean_angle(straight(behind, BEHIND))
+    print(f"  with a gravity centre at {1e3 * BEHIND:.2f} mm, weight {1e6 * behind:.2f} uN: row 1 at {angle:.1f} deg")
 
 
 if __name__ == "__main__":

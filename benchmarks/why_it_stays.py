@@ -117,7 +117,8 @@ def main() -> None:
     for heading, judgements in kept.items():
         inside = [(1e6 * w, each.gain) for w, each in zip(weights, judgements, strict=True) if each.verdict.inside]
         said = (
-            f"{inside[0][0]:.0f} to {inside[-1][0]:.0f} uN, gain at most {max(g for _, g in inside):.2f}"
+            f"{inside[0][0]:.0f} to {inside[-1][0]:.0f} uN, gain "
+            f"{min(g for _, g in inside):.2f} to {max(g for _, g in inside):.2f}"
             if inside
             else "none"
         )

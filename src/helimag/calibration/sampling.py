@@ -4,8 +4,9 @@ Points spread over the prior are taken to the posterior in stages, in each of wh
 power, chosen such that half of the points' weight survives (Del Moral, Doucet and Jasra, J. R. Stat. Soc. B 68 (2006)
 411). Between stages the points move, each half by differences of the other half (ter Braak and Vrugt, Stat. Comput. 18
 (2008) 435), which takes the posterior's shape by itself and hops between modes. The evidence comes along with it.
-Against known posteriors in six dimensions it takes a half to a twentieth of the likelihoods that nested sampling with
-ultranest does (``benchmarks/calibration.py``), needs no compiler, and goes on after a stop to the same numbers.
+Against known posteriors in six dimensions it takes two thirds to a twentieth of the likelihoods that nested sampling
+with ultranest took (``benchmarks/calibration.py samplers``), needs no compiler, and goes on after a stop to the same
+numbers.
 """
 
 from collections.abc import Callable

@@ -1,8 +1,8 @@
 """How far to trust the places of a run: it is set beside the same run with finer steps.
 
 The two differ by about as much as the run is wrong. Looser steps would cost less, but where the longest step allowed
-decides, and not the tolerance, they are the same steps and tell nothing. A device that loses step multiplies every
-error by some 1e5 (`docs/howto/simulate.md`), so what comes before and after that is told apart.
+decides, and not the tolerance, they are the same steps and tell nothing. A device that loses step multiplies
+every error greatly (`docs/howto/simulate.md` has a run), so what comes before and after that is told apart.
 """
 
 from collections.abc import Callable

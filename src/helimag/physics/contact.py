@@ -116,7 +116,7 @@ def solved_among(matrix: SixBySix, right: Six, active: int) -> Six:
     """Solution of the equations whose bits are set in ``active``; the other unknowns are zero."""
     a = matrix
     x = Six()
-    six = wp.int32(6)  # loops over a variable are not unrolled: a fifth of the time to compile
+    six = wp.int32(6)  # loops over a variable are not unrolled, and compile sooner
     for i in range(six):
         if (active >> i) & 1 == 1:
             x[i] = right[i]

@@ -25,7 +25,7 @@ WIDTHS = (12, 14, 10, 10, 10, 8, 8, 8, 5)
 FITTED = (
     "Wire radius, head radius, net weight and centre of gravity are not in the paper, nor which end leads: the presets "
     "start with the helix first, and their values were fitted to the outcomes of Fig. 3. So was a viscosity of 1.65 "
-    "Pa s where the paper has 1 Pa s: with that, C's gain stays at or below 0.18."
+    "Pa s where the paper has 1 Pa s: with the published one C's gain stayed at or below 0.18 in that search."
 )
 
 

@@ -42,8 +42,8 @@ DECAY_PER_STEP = 2.5  # at most: step times the fastest relaxation of the roll (
 MOST_STEPS = 4000
 FARTHEST = 1e3  # m, beyond which the field asks for no more steps
 SHARE = 64  # passages a thread takes at a time, at most
-THREADED_STEPS = 4096  # of a batch, some 7 ms of work, before it is worth beginning threads
-LAUNCH_STEPS = 16384  # and steps, some 30 ms of work: a launch cannot be interrupted
+THREADED_STEPS = 4096  # of a batch, some milliseconds of work, before it is worth beginning threads
+LAUNCH_STEPS = 16384  # and steps of a launch, which cannot be interrupted: far less than half a second of work
 
 
 def require_periodic(scenario: Scenario) -> None:
