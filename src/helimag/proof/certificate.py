@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from helimag.errors import FileError, InputError
-from helimag.files import replacing
+from helimag.errors import InputError
+from helimag.files import replacing, text_of
 from helimag.hydrodynamics import resistance
 from helimag.proof.balls import PRECISION, arithmetic, exact, largest, lower, root_of_squares, size, upper
 from helimag.proof.clearance import clearance
@@ -353,13 +353,7 @@ def certificate_in(path: str | Path) -> Certificate:
     InputError
         Where it is no certificate, or was changed.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is no certificate of a proof: it is not text") from None
-    except (OSError, ValueError) as error:
-        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    return read_certificate(text)
+    return read_certificate(text_of(path))
 
 
 def _require_tolerances(certificate: Certificate) -> None:

@@ -5,8 +5,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from helimag.errors import FileError, InputError
-from helimag.files import toml_tables
+from helimag.errors import InputError
+from helimag.files import text_of, toml_tables
 from helimag.outcomes import Verdict
 from helimag.scenario import Scenario, Time, preset_names
 
@@ -146,17 +146,11 @@ def load_plan(path: str | Path) -> Plan:
     Raises
     ------
     FileError
-        Where the file cannot be read.
+        Where there is no such file, or it cannot be read.
     InputError
         Where it is not a plan.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise FileError(f"there is no plan '{path}'") from None
-    except (OSError, ValueError) as error:
-        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    plan = parse_plan(text, str(path))
+    plan = parse_plan(text_of(path), str(path))
     if isinstance(plan.base, str) and plan.base not in preset_names():
         return plan.model_copy(update={"base": str(Path(path).parent / plan.base)})
     return plan
