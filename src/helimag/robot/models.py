@@ -1,11 +1,13 @@
 """Frozen models read from TOML."""
 
+from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from helimag.errors import FileError, InputError
+from helimag.errors import InputError
 from helimag.files import text_of, toml_tables
 from helimag.scenario import Part, messages
 
@@ -22,9 +24,14 @@ def named_tables(path: Path, what: str) -> dict[str, Any]:
     InputError
         Where it is not TOML.
     """
-    if not path.exists():
-        raise FileError(f"{what} must be a TOML file or a name that helimag knows; '{path}' is neither")
-    return toml_tables(text_of(path), str(path))
+    neither = f"{what} must be a TOML file or a name that helimag knows; '{path}' is neither"
+    return toml_tables(text_of(path, missing=neither), str(path))
+
+
+def packaged(name: str) -> Traversable | None:
+    """The file of this name that comes with helimag, None where there is none."""
+    folder = resources.files("helimag.robot") / "data"
+    return next((file for file in folder.iterdir() if file.name == name), None)
 
 
 def model_of(kind: type[Model], data: dict[str, Any], source: str) -> Model:
