@@ -1,7 +1,6 @@
 """Plans of a calibration: runs, what was observed of them, and what is free; frozen models that read TOML."""
 
 import math
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -11,7 +10,7 @@ from helimag import quantities as q
 from helimag.calibration.numbers import NUMBERS
 from helimag.errors import FileError, InputError
 from helimag.files import text_of, toml_tables
-from helimag.scenario import Scenario, Size, Time, preset_names
+from helimag.scenario import Scenario, Size, Time, messages, model_of, preset_names
 
 Value = float | str
 
@@ -138,7 +137,7 @@ def _observation(entry: Any, context: Any) -> Any:
     try:
         return KINDS.get(str(what), Ending).model_validate(entry, context=context)
     except ValidationError as error:
-        problems = "; ".join(_messages(error))
+        problems = "; ".join(messages(error))
         raise InputError(f".observed '{what}': {problems}") from None
 
 
@@ -230,10 +229,7 @@ def parse_plan(text: str, source: str = "plan") -> CalibrationPlan:
     if "device" in data or "axis" in data:
         what = "a scenario" if "device" in data else "a sweep's plan"
         raise InputError(f"{source} is {what}, not a calibration's plan, which has [[run]] and [[free]] tables")
-    try:
-        return CalibrationPlan.model_validate(data, context={"file": True})
-    except ValidationError as error:
-        raise InputError(f"{source}: " + "; ".join(_messages(error))) from None
+    return model_of(CalibrationPlan, data, source)
 
 
 def load_plan(path: str | Path) -> CalibrationPlan:
@@ -264,18 +260,3 @@ def _track(observation: Observation, folder: Path) -> Observation:
     if not place.is_file():
         raise FileError(f"there is no track '{place}'")
     return observation.model_copy(update={"file": str(place)})
-
-
-def _messages(error: ValidationError) -> Iterable[str]:
-    for problem in error.errors():
-        where = ".".join(str(step) for step in problem["loc"])
-        text = problem["msg"].removeprefix("Value error, ")
-        match problem["type"]:
-            case "missing":
-                yield f"{where} is missing"
-            case "extra_forbidden":
-                yield f"{where} is not a known key"
-            case "value_error":
-                yield f"{where} {text}".strip()
-            case _:
-                yield f"{where}: {text[0].lower()}{text[1:]}; got {repr(problem['input'])[:60]}"

@@ -3,12 +3,12 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from helimag.errors import InputError
 from helimag.files import text_of, toml_tables
 from helimag.outcomes import Verdict
-from helimag.scenario import Scenario, Time, preset_names
+from helimag.scenario import Scenario, Time, model_of, preset_names
 
 
 class _Part(BaseModel):
@@ -134,10 +134,7 @@ def parse_plan(text: str, source: str = "plan") -> Plan:
         raise InputError(
             f"{source} is a scenario, not a plan: a plan has a base, such as that file, and [[axis]] tables"
         )
-    try:
-        return Plan.model_validate(data, context={"file": True})
-    except ValidationError as error:
-        raise InputError(f"{source}: " + "; ".join(_message(dict(problem)) for problem in error.errors())) from None
+    return model_of(Plan, data, source)
 
 
 def load_plan(path: str | Path) -> Plan:
@@ -154,22 +151,3 @@ def load_plan(path: str | Path) -> Plan:
     if isinstance(plan.base, str) and plan.base not in preset_names():
         return plan.model_copy(update={"base": str(Path(path).parent / plan.base)})
     return plan
-
-
-def _message(problem: dict[str, Any]) -> str:
-    where = ".".join(str(step) for step in problem["loc"])
-    text = problem["msg"].removeprefix("Value error, ")
-    match problem["type"]:
-        case "missing":
-            return f"{where} is missing"
-        case "extra_forbidden":
-            return f"{where} is not a known key; got {_short(problem['input'])}"
-        case "value_error":
-            return f"{where} {text}".strip()
-        case _:
-            return f"{where}: {text[0].lower()}{text[1:]}; got {_short(problem['input'])}"
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -13,8 +13,8 @@ from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.files import toml_tables
 from helimag.robot.arm.frames import frame, tool_rotation
-from helimag.robot.models import model_of, named_tables, packaged
-from helimag.scenario import Acceleration, Angle, AngularRate, Inertia, Length, Mass, Part, Scenario, Size
+from helimag.robot.models import named_tables, packaged
+from helimag.scenario import Acceleration, Angle, AngularRate, Inertia, Length, Mass, Part, Scenario, Size, model_of
 
 Floats = NDArray[np.float64]
 Six = tuple[Angle, Angle, Angle, Angle, Angle, Angle]
