@@ -4,13 +4,13 @@ import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from helimag import quantities as q
 from helimag.calibration.numbers import NUMBERS
 from helimag.errors import FileError, InputError
 from helimag.files import text_of, toml_tables
-from helimag.scenario import Scenario, Size, Time, messages, model_of, preset_names
+from helimag.scenario import Part, Scenario, Size, Time, messages, model_of, preset_names
 
 Value = float | str
 
@@ -34,11 +34,7 @@ def si(given: Value, kind: q.Kind | None, what: str) -> float:
     return value
 
 
-class _PlanPart(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class ObservedNumber(_PlanPart):
+class ObservedNumber(Part):
     """A number of a run up to ``until`` (the run's end where left out), such as ``what = "output"``, with its sd."""
 
     what: Literal["output", "gain", "attack_angle", "speed", "rise", "depth"]
@@ -69,7 +65,7 @@ class ObservedNumber(_PlanPart):
         return self
 
 
-class Ending(_PlanPart):
+class Ending(Part):
     """How a run ended and when: ``fell`` at ``time``, give or take the factor 1 + ``spread``.
 
     ``stays`` is for at least ``time``; another end without ``time`` is at some time of the run.
@@ -86,7 +82,7 @@ class Ending(_PlanPart):
         return self.what if self.time is None else f"{self.what} {self.time:g} s"
 
 
-class Track(_PlanPart):
+class Track(Part):
     """A whole measured run, a file of ``vision`` or ``runs``: positions at up to ``samples`` of its times.
 
     ``sd`` is what the model may be off by along each axis; the file's own uncertainty is added. With
@@ -110,7 +106,7 @@ Observation = ObservedNumber | Ending | Track
 KINDS: dict[str, type[Observation]] = {**dict.fromkeys(NUMBERS, ObservedNumber), "track": Track}
 
 
-class Experiment(_PlanPart):
+class Experiment(Part):
     """A run that was made: a scenario with its own drive, and what was observed of it."""
 
     name: str = Field(pattern="^[A-Za-z0-9_./ -]+$", max_length=100)
@@ -141,7 +137,7 @@ def _observation(entry: Any, context: Any) -> Any:
         raise InputError(f".observed '{what}': {problems}") from None
 
 
-class Candidate(_PlanPart):
+class Candidate(Part):
     """A run that could be made next."""
 
     name: str = Field(max_length=100)
@@ -149,7 +145,7 @@ class Candidate(_PlanPart):
     changes: dict[str, Any] = {}
 
 
-class Free(_PlanPart):
+class Free(Part):
     """An input that is not known, with what is known of it beforehand.
 
     ``input`` is a path of :class:`helimag.scenario.Input`. With ``factor`` the value multiplies each run's own;
@@ -182,7 +178,7 @@ class Free(_PlanPart):
         return self
 
 
-class CalibrationPlan(_PlanPart):
+class CalibrationPlan(Part):
     """What is calibrated, against what."""
 
     name: str = "calibration"

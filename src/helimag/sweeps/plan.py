@@ -3,19 +3,15 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from helimag.errors import InputError
 from helimag.files import text_of, toml_tables
 from helimag.outcomes import Verdict
-from helimag.scenario import Scenario, Time, model_of, preset_names
+from helimag.scenario import Part, Scenario, Time, model_of, preset_names
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Axis(_Part):
+class Axis(Part):
     """One field of the scenario and the values that it takes; every physical value is text with a unit.
 
     A list (``values``), a range (``start``, ``stop``, ``step``), a grid (``start``, ``stop``, ``count``), or, where the
@@ -53,7 +49,7 @@ class Axis(_Part):
         return self
 
 
-class Sampling(_Part):
+class Sampling(Part):
     """Points spread over the axes' bounds instead of a grid."""
 
     method: Literal["sobol", "latin-hypercube"]
@@ -69,7 +65,7 @@ def _judged(word: str) -> str:
     return word
 
 
-class Boundary(_Part):
+class Boundary(Part):
     """Spend runs where the verdict changes, over two axes that give a coarse grid to begin with.
 
     ``resolution`` is the distance between two runs of different verdict at which refining ends, as a fraction of the
@@ -81,7 +77,7 @@ class Boundary(_Part):
     resolution: float = Field(default=0.01, gt=0.0, lt=1.0)
 
 
-class Plan(_Part):
+class Plan(Part):
     """What a sweep runs and keeps."""
 
     name: str = "sweep"
