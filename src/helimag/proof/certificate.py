@@ -22,7 +22,7 @@ from helimag.hydrodynamics import resistance
 from helimag.proof.balls import PRECISION, arithmetic, exact, largest, lower, root_of_squares, size, upper
 from helimag.proof.clearance import clearance
 from helimag.proof.exact import TOLERATED, WIRE_MODELS, Inputs
-from helimag.proof.motion import LENGTH, Swimming
+from helimag.proof.motion import LENGTH, TURN_PER_LENGTH, Swimming
 from helimag.proof.theorem import Disc, enters, theorem_of
 from helimag.proof.tube import (
     NO_LEAN,
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 
 FORMAT = "helimag proof 1"
 OUTWARD = 1.0 + 1e-12  # what the rounding of a few floats cannot undo
-TURN_PER_LENGTH = math.radians(0.1) / 1e-4  # rad/m: a ball of starts of 0.1 mm is one of 0.1 degrees
 
 
 @dataclass(frozen=True)
