@@ -16,7 +16,7 @@ from pathlib import Path
 PLAN = """
 name = "kill me"
 base = "nose-first/fig3c"
-duration = "60 s"
+duration = "{duration}"
 samples = 20
 
 [[axis]]
@@ -68,7 +68,7 @@ def torture(folder: Path, *, kills: int, count: int, seed: int = 0) -> dict[str,
     """Kill and resume; what came of it."""
     chance = random.Random(seed)
     plan, store, log = folder / "plan.toml", folder / "killed.zarr", folder / "log"
-    plan.write_text(PLAN.format(count=count), encoding="utf-8")
+    plan.write_text(PLAN.format(count=count, duration="60 s"), encoding="utf-8")
     log.touch()
     begun = repeated = landed = 0
     while True:

@@ -188,6 +188,12 @@ def test_missing_files_are_refused(tmp_path):
         load_arm("no_such_arm")
     with pytest.raises(FileError, match="neither"):
         load_cell(tmp_path / "none.toml")
+    for load in (load_arm, load_cell):
+        with pytest.raises(FileError, match="cannot be read"):
+            load("a" * 5000)  # longer than a name may be
+    (tmp_path / "cell.toml").write_text(f'arm = "{"a" * 5000}"')
+    with pytest.raises(FileError, match="cannot be read"):
+        load_cell(tmp_path / "cell.toml")
 
 
 def test_frames_are_their_own_inverses():

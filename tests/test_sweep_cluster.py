@@ -17,21 +17,7 @@ from helimag.sweeps.run import sweep
 sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
 import sweep_kills
 
-PLAN = """
-base = "nose-first/fig3c"
-duration = "400 s"
-samples = 20
-
-[[axis]]
-field = "drive.frequency"
-values = ["2 Hz", "3 Hz"]
-
-[[axis]]
-field = "drive.pitch"
-start = "2 deg"
-stop = "20 deg"
-count = 60
-"""
+PLAN = sweep_kills.PLAN.format(count=60, duration="400 s")
 
 
 @pytest.fixture

@@ -298,6 +298,18 @@ def test_what_is_no_lens_is_refused(name: str, text: str, message: str, tmp_path
         read_lens(tmp_path / name, 1)
 
 
+def test_a_mat_file_of_version_7_3_is_named_as_such(tmp_path: Path) -> None:
+    """HDF5 behind a block of 512 bytes, which begins with MATLAB's text, ends with version and byte order at 124."""
+    import h5py
+
+    with h5py.File(tmp_path / "lens.mat", "w", userblock_size=512) as file:
+        file["K"] = MATRIX
+    with (tmp_path / "lens.mat").open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+    with pytest.raises(InputError, match=r"lens\.mat is a \.mat file of version 7\.3; save it with '-v7'"):
+        read_lens(tmp_path / "lens.mat", 1)
+
+
 def test_a_known_lens_needs_few_pictures_in_air(session: Path, true_rig: Rig, tmp_path: Path) -> None:
     shutil.copytree(session.parent, tmp_path / "known")
     for camera in true_rig.cameras:

@@ -90,8 +90,8 @@ def toml_tables(text: str, source: str) -> dict[str, Any]:
         raise InputError(f"{source} cannot be read as TOML: {error}") from None
 
 
-def text_of(path: str | Path) -> str:
-    """The text of a UTF-8 file.
+def text_of(path: str | Path, *, missing: str | None = None) -> str:
+    """The text of a UTF-8 file; ``missing`` is what to say where there is none, if more than that.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def text_of(path: str | Path) -> str:
     try:
         return Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise FileError(f"there is no file '{path}'") from None
+        raise FileError(missing or f"there is no file '{path}'") from None
     except UnicodeDecodeError:
         raise InputError(f"{path} is not a text file") from None
     except (OSError, ValueError) as error:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from helimag import quantities as q
 from helimag.calibration.plan import CalibrationPlan
@@ -165,7 +164,7 @@ class Posterior:
             raise InputError(f"{path} is not a calibration; make one with helimag calibrate")
         try:
             return _checked(_read(dataset))
-        except (KeyError, TypeError, ValueError, ValidationError, tomllib.TOMLDecodeError) as error:
+        except (KeyError, TypeError, ValueError) as error:
             reason = f"{type(error).__name__}: {error}" if not isinstance(error, InputError) else str(error)
             raise InputError(f"{path} is a damaged calibration: {' '.join(reason.split())[:300]}") from None
 

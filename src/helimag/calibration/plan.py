@@ -1,17 +1,16 @@
 """Plans of a calibration: runs, what was observed of them, and what is free; frozen models that read TOML."""
 
 import math
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from helimag import quantities as q
 from helimag.calibration.numbers import NUMBERS
 from helimag.errors import FileError, InputError
 from helimag.files import text_of, toml_tables
-from helimag.scenario import Scenario, Size, Time, preset_names
+from helimag.scenario import Part, Scenario, Size, Time, messages, model_of, preset_names
 
 Value = float | str
 
@@ -35,11 +34,7 @@ def si(given: Value, kind: q.Kind | None, what: str) -> float:
     return value
 
 
-class _PlanPart(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class ObservedNumber(_PlanPart):
+class ObservedNumber(Part):
     """A number of a run up to ``until`` (the run's end where left out), such as ``what = "output"``, with its sd."""
 
     what: Literal["output", "gain", "attack_angle", "speed", "rise", "depth"]
@@ -70,7 +65,7 @@ class ObservedNumber(_PlanPart):
         return self
 
 
-class Ending(_PlanPart):
+class Ending(Part):
     """How a run ended and when: ``fell`` at ``time``, give or take the factor 1 + ``spread``.
 
     ``stays`` is for at least ``time``; another end without ``time`` is at some time of the run.
@@ -87,7 +82,7 @@ class Ending(_PlanPart):
         return self.what if self.time is None else f"{self.what} {self.time:g} s"
 
 
-class Track(_PlanPart):
+class Track(Part):
     """A whole measured run, a file of ``vision`` or ``runs``: positions at up to ``samples`` of its times.
 
     ``sd`` is what the model may be off by along each axis; the file's own uncertainty is added. With
@@ -111,7 +106,7 @@ Observation = ObservedNumber | Ending | Track
 KINDS: dict[str, type[Observation]] = {**dict.fromkeys(NUMBERS, ObservedNumber), "track": Track}
 
 
-class Experiment(_PlanPart):
+class Experiment(Part):
     """A run that was made: a scenario with its own drive, and what was observed of it."""
 
     name: str = Field(pattern="^[A-Za-z0-9_./ -]+$", max_length=100)
@@ -138,11 +133,11 @@ def _observation(entry: Any, context: Any) -> Any:
     try:
         return KINDS.get(str(what), Ending).model_validate(entry, context=context)
     except ValidationError as error:
-        problems = "; ".join(_messages(error))
+        problems = "; ".join(messages(error))
         raise InputError(f".observed '{what}': {problems}") from None
 
 
-class Candidate(_PlanPart):
+class Candidate(Part):
     """A run that could be made next."""
 
     name: str = Field(max_length=100)
@@ -150,7 +145,7 @@ class Candidate(_PlanPart):
     changes: dict[str, Any] = {}
 
 
-class Free(_PlanPart):
+class Free(Part):
     """An input that is not known, with what is known of it beforehand.
 
     ``input`` is a path of :class:`helimag.scenario.Input`. With ``factor`` the value multiplies each run's own;
@@ -183,7 +178,7 @@ class Free(_PlanPart):
         return self
 
 
-class CalibrationPlan(_PlanPart):
+class CalibrationPlan(Part):
     """What is calibrated, against what."""
 
     name: str = "calibration"
@@ -230,10 +225,7 @@ def parse_plan(text: str, source: str = "plan") -> CalibrationPlan:
     if "device" in data or "axis" in data:
         what = "a scenario" if "device" in data else "a sweep's plan"
         raise InputError(f"{source} is {what}, not a calibration's plan, which has [[run]] and [[free]] tables")
-    try:
-        return CalibrationPlan.model_validate(data, context={"file": True})
-    except ValidationError as error:
-        raise InputError(f"{source}: " + "; ".join(_messages(error))) from None
+    return model_of(CalibrationPlan, data, source)
 
 
 def load_plan(path: str | Path) -> CalibrationPlan:
@@ -264,18 +256,3 @@ def _track(observation: Observation, folder: Path) -> Observation:
     if not place.is_file():
         raise FileError(f"there is no track '{place}'")
     return observation.model_copy(update={"file": str(place)})
-
-
-def _messages(error: ValidationError) -> Iterable[str]:
-    for problem in error.errors():
-        where = ".".join(str(step) for step in problem["loc"])
-        text = problem["msg"].removeprefix("Value error, ")
-        match problem["type"]:
-            case "missing":
-                yield f"{where} is missing"
-            case "extra_forbidden":
-                yield f"{where} is not a known key"
-            case "value_error":
-                yield f"{where} {text}".strip()
-            case _:
-                yield f"{where}: {text[0].lower()}{text[1:]}; got {repr(problem['input'])[:60]}"

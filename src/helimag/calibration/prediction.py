@@ -127,7 +127,7 @@ def predict(
     noise
         Errors of each run on top.
     draws
-        ObservedNumber of runs.
+        Number of runs.
     seed
         Of samples and errors: the same seed draws the same.
     tolerance, device, threads, progress

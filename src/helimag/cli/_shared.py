@@ -157,7 +157,7 @@ def print_warnings(warnings: Sequence[Mapping[str, Any]]) -> None:
         print(f"helimag: warning: {warning['text']}", file=sys.stderr)
 
 
-def scenario_from(name: str, changes: list[str] | None, extra: dict[str, object] | None = None) -> "Scenario":
+def scenario_from(name: str, changes: list[str] | None, extra: Mapping[str, object] | None = None) -> "Scenario":
     from helimag.scenario import load, varied
 
     fields: dict[str, object] = {}

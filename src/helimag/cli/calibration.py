@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from helimag.calibration import Noise, Posterior
     from helimag.scenario import Scenario
 
-DRAWS = 100  # of a prediction where the command does not say
-
 
 def calibrate(
     plan: Path,
@@ -96,6 +94,7 @@ class DrawOptions:
 def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: str, json: bool) -> None:
     """What simulate prints with --ensemble."""
     from helimag import calibration
+    from helimag.calibration.prediction import DRAWS
 
     known = calibration.Posterior.load(fit)
     draws = DRAWS if options.draws is None else options.draws

@@ -113,13 +113,10 @@ def simulate(
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
     drawn = DrawOptions(noise, displacement, draws, seed)
+    own = {"run.duration": duration, "run.interval": interval}
     if ensemble is not None:
-        if output is not None:
-            raise InputError("--output writes one run; with --ensemble use --json")
-        if certificate is not None or method != "direct":
-            raise InputError("--certificate and --method are for one run; leave them out with --ensemble")
-        chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
-        predict(chosen, ensemble, drawn, device=device, json=json)
+        _check_for_many(output, certificate, method)
+        predict(scenario_from(scenario, changes, own), ensemble, drawn, device=device, json=json)
         return
     drawn.check_unused()
     from helimag.engine import simulate as run
@@ -128,7 +125,7 @@ def simulate(
         check_target(output)
         if output.suffix.lower() not in (".nc", ".nc4", ".h5"):
             raise InputError(f"--output must end in .nc (netCDF, which is HDF5); got '{output}'")
-    chosen = scenario_from(scenario, changes, {"run.duration": duration, "run.interval": interval})
+    chosen = scenario_from(scenario, changes, own)
     proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
         trajectory = run(chosen, method=method, device=device, accuracy=accuracy, progress=progress)
@@ -150,6 +147,14 @@ def simulate(
         _print_summary(chosen, trajectory, output)
         if outlook is not None and outlook.future is not Future.GONE:
             print(f"  for all time  {outlook.text}")
+
+
+def _check_for_many(output: Path | None, certificate: Path | None, method: str) -> None:
+    """Refuse with --ensemble what is for one run."""
+    if output is not None:
+        raise InputError("--output writes one run; with --ensemble use --json")
+    if certificate is not None or method != "direct":
+        raise InputError("--certificate and --method are for one run; leave them out with --ensemble")
 
 
 def _report(trajectory: "Trajectory") -> dict[str, Any]:

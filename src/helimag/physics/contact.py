@@ -24,7 +24,6 @@ ROUNDING = wp.constant(wp.float64(1e-12))  # of the largest closing speed
 SETTLED = wp.constant(wp.float64(1e-9))  # m/s above the least speed that a wall allows: a wall pushes below it
 PULL_REACH = wp.constant(wp.float64(0.1))  # of a ball's radius: how far a surface's hold reaches
 MOST_PIVOTS = wp.constant(128)  # twice all sets of touching points
-SIDES = wp.constant(6)
 
 Six = wp.types.vector(length=6, dtype=wp.float64)  # head along x, y, z, then tail
 Counts = wp.types.vector(length=6, dtype=wp.int32)

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from helimag.errors import FileError, InputError
-from helimag.files import replacing
+from helimag.errors import InputError
+from helimag.files import replacing, text_of
 from helimag.hydrodynamics import resistance
 from helimag.proof.balls import PRECISION, arithmetic, exact, largest, lower, root_of_squares, size, upper
 from helimag.proof.clearance import clearance
 from helimag.proof.exact import TOLERATED, WIRE_MODELS, Inputs
-from helimag.proof.motion import LENGTH, Swimming
+from helimag.proof.motion import LENGTH, TURN_PER_LENGTH, Swimming
 from helimag.proof.theorem import Disc, enters, theorem_of
 from helimag.proof.tube import (
     NO_LEAN,
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 
 FORMAT = "helimag proof 1"
 OUTWARD = 1.0 + 1e-12  # what the rounding of a few floats cannot undo
-TURN_PER_LENGTH = math.radians(0.1) / 1e-4  # rad/m: a ball of starts of 0.1 mm is one of 0.1 degrees
 
 
 @dataclass(frozen=True)
@@ -353,13 +352,7 @@ def certificate_in(path: str | Path) -> Certificate:
     InputError
         Where it is no certificate, or was changed.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is no certificate of a proof: it is not text") from None
-    except (OSError, ValueError) as error:
-        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    return read_certificate(text)
+    return read_certificate(text_of(path))
 
 
 def _require_tolerances(certificate: Certificate) -> None:

@@ -5,7 +5,6 @@ method: eigenvectors of the linearised motion among periodic functions (G. W. Hi
 and J. N. Kutz, J. Comput. Phys. 219 (2006) 296). No product over a turn is formed, so that fast decay does no harm.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.proof.jets import variables
-from helimag.proof.motion import LENGTH, Swimming, product
+from helimag.proof.motion import LENGTH, TURN_PER_LENGTH, Swimming, product
 from helimag.proof.tube import Dynamics, N
 from helimag.proof.waves import Floats, Waves
 
@@ -22,7 +21,6 @@ Complexes = NDArray[np.complex128]
 Displaced = Callable[[Floats, Floats], Floats]  # points of a curve (n, times) moved by deviations (6, times)
 
 SHARP = 1e-9  # rate left on the curve, in lengths and radians a turn
-TURN = math.radians(0.1) / 1e-4  # rad/m: how a ball of starts weighs attitudes against places
 NEGLIGIBLE = 1e-13  # of a coefficient
 FRAME_DIGITS = 10  # decimals of the frame's coefficients, which need not be exact
 HARMONICS = (28, 44, 64)  # of the curve, tried one after another
@@ -223,7 +221,7 @@ def extent_of(guess: Guess, dynamics: Swimming) -> Extent:
     """
     norms, across = _second_norms(guess, dynamics)
     parts = [slice(a, b) for a, b in pairwise((*guess.blocks, N))]
-    weight = np.array([1.0 / float(LENGTH)] * 3 + [TURN] * 3)
+    weight = np.array([1.0 / float(LENGTH)] * 3 + [TURN_PER_LENGTH] * 3)
     around = np.array([np.sqrt(((across[i] * weight) ** 2).sum()) for i in parts]) * float(LENGTH)
     rate = np.abs(guess.decay)
     slow = rate < FAST * rate.min()

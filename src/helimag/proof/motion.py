@@ -19,6 +19,7 @@ Number = Any  # a jet, or a value that depends on no variable
 Vector = Sequence[Number]
 
 LENGTH = Fraction(1, 100)  # m, of a unit of length
+TURN_PER_LENGTH = math.radians(0.1) / 1e-4  # rad/m: a ball of starts of 0.1 mm is one of 0.1 degrees
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ from helimag.errors import InputError
 from helimag.files import text_of, toml_tables
 from helimag.robot.arm.path import magnet_path
 from helimag.robot.logs import Log
-from helimag.robot.models import model_of
-from helimag.scenario import Frequency, Length, Part, Scenario
+from helimag.scenario import Frequency, Length, Part, Scenario, model_of
 
 if TYPE_CHECKING:
     from helimag.ensembles import Ensemble

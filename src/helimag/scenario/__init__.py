@@ -29,8 +29,9 @@ from helimag.scenario._fields import (
 )
 from helimag.scenario._files import load, parse, preset_names
 from helimag.scenario._path import Path
+from helimag.scenario._refusals import messages, model_of
 from helimag.scenario._remanence import REMANENCE
-from helimag.scenario._scenario import MARKS, Scenario, messages, validated
+from helimag.scenario._scenario import MARKS, Scenario, validated
 from helimag.scenario._surroundings import PAPER_TANK, Drive, Fluid, Magnet, Run, Walls, Workspace
 from helimag.scenario.inputs import Input, check_apart, drive_inputs, scalar_inputs, varied
 from helimag.scenario.parameters import Parameters
@@ -77,6 +78,7 @@ __all__ = [
     "drive_inputs",
     "load",
     "messages",
+    "model_of",
     "parse",
     "preset_names",
     "scalar_inputs",

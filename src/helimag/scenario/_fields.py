@@ -21,7 +21,7 @@ from helimag.scenario._limits import check_size
 
 
 class Part(BaseModel):
-    """A part of a scenario: frozen, and without keys it does not know."""
+    """A part of a scenario, or of another file: frozen, and without keys it does not know."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -4,8 +4,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from helimag.errors import FileError, InputError
-from helimag.files import toml_tables
+from helimag.errors import InputError
+from helimag.files import text_of, toml_tables
 from helimag.scenario._scenario import Scenario, validated
 
 
@@ -83,14 +83,5 @@ def load(scenario: str | Path) -> Scenario:
     if str(scenario) in preset_names():
         return parse((_preset_folder() / f"{scenario}.toml").read_text(encoding="utf-8"), str(scenario))
     path = Path(scenario)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise FileError(
-            f"scenario must be a preset (see 'helimag presets') or a TOML file; '{scenario}' is neither"
-        ) from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file") from None
-    except (OSError, ValueError) as error:
-        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    return parse(text, str(path), folder=path.parent)
+    neither = f"scenario must be a preset (see 'helimag presets') or a TOML file; '{scenario}' is neither"
+    return parse(text_of(path, missing=neither), str(path), folder=path.parent)

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
@@ -12,11 +12,11 @@ from helimag.errors import InputError
 from helimag.notebook import summary
 from helimag.scenario._device import Device, Part
 from helimag.scenario._leaves import leaf, nowhere
+from helimag.scenario._refusals import messages
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Workspace
 from helimag.scenario._titles import titled
 
 ORIGIN = "_origin"  # beside the fields, and none of them: what a scenario was changed from says nothing of what it is
-FORMS = {"sphere", "spheroid", "cylinder", "end", "angles"}  # of a head and of a heading: no keys of a file
 MARKS = ("published", "fitted", "assumed", "measured")
 
 
@@ -185,25 +185,6 @@ def _overlap(one: str, other: str) -> bool:
     """
     one, other = (".".join(step for step in path.split(".") if not step.isdigit()) + "." for path in (one, other))
     return one.startswith(other) or other.startswith(one)
-
-
-def messages(error: ValidationError) -> Iterator[str]:
-    """One line a problem, naming field, expectation and value."""
-    for problem in error.errors():
-        steps = [str(step) for step in problem["loc"]]
-        kept = [step for i, step in enumerate(steps) if not (step in FORMS and i == 2)]
-        where = ".".join([*kept, ""]).replace("magnet.0.", "magnet.").removesuffix(".")
-        text = problem["msg"].removeprefix("Value error, ")
-        match problem["type"]:
-            case "missing":
-                yield f"{where} is missing"
-            case "extra_forbidden":
-                yield f"{where} is not a known key; got {problem['input']!r}"
-            case "value_error":
-                # rules of a whole part name the field at fault with a leading dot
-                yield f"{where}{text}" if text.startswith(".") else f"{where} {text}".strip()
-            case _:
-                yield f"{where}: {text[0].lower()}{text[1:]}; got {problem['input']!r}"
 
 
 def validated(data: Mapping[str, object], *, in_file: bool) -> Scenario:

@@ -3,19 +3,15 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from helimag.errors import FileError, InputError
-from helimag.files import toml_tables
+from helimag.errors import InputError
+from helimag.files import text_of, toml_tables
 from helimag.outcomes import Verdict
-from helimag.scenario import Scenario, Time, preset_names
+from helimag.scenario import Part, Scenario, Time, model_of, preset_names
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Axis(_Part):
+class Axis(Part):
     """One field of the scenario and the values that it takes; every physical value is text with a unit.
 
     A list (``values``), a range (``start``, ``stop``, ``step``), a grid (``start``, ``stop``, ``count``), or, where the
@@ -53,7 +49,7 @@ class Axis(_Part):
         return self
 
 
-class Sampling(_Part):
+class Sampling(Part):
     """Points spread over the axes' bounds instead of a grid."""
 
     method: Literal["sobol", "latin-hypercube"]
@@ -69,7 +65,7 @@ def _judged(word: str) -> str:
     return word
 
 
-class Boundary(_Part):
+class Boundary(Part):
     """Spend runs where the verdict changes, over two axes that give a coarse grid to begin with.
 
     ``resolution`` is the distance between two runs of different verdict at which refining ends, as a fraction of the
@@ -81,7 +77,7 @@ class Boundary(_Part):
     resolution: float = Field(default=0.01, gt=0.0, lt=1.0)
 
 
-class Plan(_Part):
+class Plan(Part):
     """What a sweep runs and keeps."""
 
     name: str = "sweep"
@@ -134,10 +130,7 @@ def parse_plan(text: str, source: str = "plan") -> Plan:
         raise InputError(
             f"{source} is a scenario, not a plan: a plan has a base, such as that file, and [[axis]] tables"
         )
-    try:
-        return Plan.model_validate(data, context={"file": True})
-    except ValidationError as error:
-        raise InputError(f"{source}: " + "; ".join(_message(dict(problem)) for problem in error.errors())) from None
+    return model_of(Plan, data, source)
 
 
 def load_plan(path: str | Path) -> Plan:
@@ -146,36 +139,11 @@ def load_plan(path: str | Path) -> Plan:
     Raises
     ------
     FileError
-        Where the file cannot be read.
+        Where there is no such file, or it cannot be read.
     InputError
         Where it is not a plan.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise FileError(f"there is no plan '{path}'") from None
-    except (OSError, ValueError) as error:
-        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    plan = parse_plan(text, str(path))
+    plan = parse_plan(text_of(path), str(path))
     if isinstance(plan.base, str) and plan.base not in preset_names():
         return plan.model_copy(update={"base": str(Path(path).parent / plan.base)})
     return plan
-
-
-def _message(problem: dict[str, Any]) -> str:
-    where = ".".join(str(step) for step in problem["loc"])
-    text = problem["msg"].removeprefix("Value error, ")
-    match problem["type"]:
-        case "missing":
-            return f"{where} is missing"
-        case "extra_forbidden":
-            return f"{where} is not a known key; got {_short(problem['input'])}"
-        case "value_error":
-            return f"{where} {text}".strip()
-        case _:
-            return f"{where}: {text[0].lower()}{text[1:]}; got {_short(problem['input'])}"
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -2,7 +2,6 @@
 
 import math
 from functools import cached_property
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -14,8 +13,8 @@ from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.files import toml_tables
 from helimag.robot.arm.frames import frame, tool_rotation
-from helimag.robot.models import model_of, named_tables
-from helimag.scenario import Acceleration, Angle, AngularRate, Inertia, Length, Mass, Part, Scenario, Size
+from helimag.robot.models import named_tables, packaged
+from helimag.scenario import Acceleration, Angle, AngularRate, Inertia, Length, Mass, Part, Scenario, Size, model_of
 
 Floats = NDArray[np.float64]
 Six = tuple[Angle, Angle, Angle, Angle, Angle, Angle]
@@ -213,9 +212,9 @@ def load_arm(arm: str | Path) -> Arm:
     InputError
         Where it is not an arm.
     """
-    packaged = resources.files("helimag.robot") / "data" / f"{arm}.toml"
-    if str(arm).isidentifier() and packaged.is_file():
-        return model_of(Arm, toml_tables(packaged.read_text(encoding="utf-8"), str(arm)), str(arm))
+    known = packaged(f"{arm}.toml")
+    if known is not None:
+        return model_of(Arm, toml_tables(known.read_text(encoding="utf-8"), str(arm)), str(arm))
     return model_of(Arm, named_tables(Path(arm), "arm"), str(arm))
 
 
@@ -231,16 +230,17 @@ def load_cell(cell: str | Path | None = None) -> Cell:
     InputError
         Where it is not a cell.
     """
-    packaged = resources.files("helimag.robot") / "data" / f"{'default' if cell is None else cell}_cell.toml"
-    if cell is None or (str(cell).isidentifier() and packaged.is_file()):
-        folder, source = None, f"{'default' if cell is None else cell} cell"
-        data = toml_tables(packaged.read_text(encoding="utf-8"), source)
+    cell = "default" if cell is None else cell
+    known = packaged(f"{cell}_cell.toml")
+    if known is not None:
+        source = f"{cell} cell"
+        data = toml_tables(known.read_text(encoding="utf-8"), source)
     else:
-        folder, source = Path(cell).parent, str(cell)
+        source = str(cell)
         data = named_tables(Path(cell), "cell")
     if isinstance(data.get("arm"), str):
-        beside = None if folder is None else folder / data["arm"]
-        data["arm"] = load_arm(beside if beside is not None and beside.is_file() else data["arm"])
+        arm = data["arm"]
+        data["arm"] = load_arm(arm if packaged(f"{arm}.toml") is not None else Path(cell).parent / arm)
     return model_of(Cell, data, source)
 
 
