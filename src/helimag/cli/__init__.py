@@ -12,11 +12,7 @@ from helimag.errors import HelimagError, RunError
 
 # what the system says of a path that the user gave, wherever it is first looked at
 PATH_ERRORS = {errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM, errno.ENOTDIR}
-<<<<<<< HEAD
 ALLOCATIONS = 200_000  # between looks for garbage: imports make none (benchmarks/start_up.py has what looking costs)
-=======
-ALLOCATIONS = 200_000  # between looks for garbage: imports make none, and looking after every 700 costs them time
->>>>>>> h/audit-docs
 LONGEST_SHOWN = 80  # characters of such a path
 app = App(
     name="helimag",
