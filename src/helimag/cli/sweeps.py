@@ -1,18 +1,20 @@
 """The command that makes many runs: sweep."""
 
+import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, validators
 
 from helimag.cli._shared import Json, check_target, print_json, print_warnings, validity_warnings
+from helimag.cli.calibration import DrawOptions
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.sweeps import SweepProgress
+    from helimag.sweeps import Plan, SweepProgress
 
 
 def sweep(
@@ -23,6 +25,11 @@ def sweep(
     threads: int | None = None,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
     export: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=False)] = None,
+    ensemble: Path | None = None,
+    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    displacement: str | None = None,
+    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
+    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
     json: Json = False,
 ) -> None:
     """Run a plan into a store; the same command again goes on where it stopped.
@@ -41,13 +48,26 @@ def sweep(
         Run a short trial only, and print the number of runs and an estimate of time and disk.
     export
         Also write the result to this .nc or .csv file. May be repeated.
+    ensemble
+        What calibrate wrote: run every point with devices from it, and keep how likely each outcome is there. This and
+        the following go over the plan's own [ensemble].
+    noise
+        With an ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
+        repeated.
+    displacement
+        With an ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+    draws
+        With an ensemble: how many devices a point; 32 if left out.
+    seed
+        With an ensemble: of the draws; 0 if left out.
     """
     from helimag import sweeps
 
     if threads is not None and threads < 1:
         raise InputError(f"--threads must be at least 1; got {threads}")
+    asked = _asked(plan, ensemble, DrawOptions(noise, displacement, draws, seed))
     if dry_run:
-        _print_estimate(sweeps.estimate(plan, threads=threads), json)
+        _print_estimate(sweeps.estimate(asked, threads=threads), json)
         return
     if output is None:
         raise InputError("--output must name the store, such as -o OUT.zarr; got none")
@@ -57,13 +77,25 @@ def sweep(
         check_target(target)
     try:
         with sweep_progress(plan.stem) as progress:
-            dataset = sweeps.sweep(plan, out=output, scheduler=scheduler, threads=threads, progress=progress)
+            dataset = sweeps.sweep(asked, out=output, scheduler=scheduler, threads=threads, progress=progress)
     except KeyboardInterrupt:
         print(f"helimag: interrupted; run the same command again to go on from what is in {output}", file=sys.stderr)
         sys.exit(130)
     for target in export or []:
         sweeps.export(dataset, target)
     _print_result(dataset, output, export or [], json)
+
+
+def _asked(path: Path, ensemble: Path | None, options: DrawOptions) -> "Plan":
+    """The plan of a file, with what is given of an ensemble."""
+    from helimag import sweeps
+
+    plan = sweeps.load_plan(path)
+    if ensemble is None and plan.ensemble is None:
+        options.check_unused()
+        return plan
+    given = options.table | ({} if ensemble is None else {"fit": str(ensemble)})
+    return sweeps.with_ensemble(plan, given) if given else plan
 
 
 def _print_estimate(estimate: Any, json: bool) -> None:
@@ -85,7 +117,15 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
     print_warnings(warnings)
     lines = [f"{output}: " + ", ".join(f"{count} {name}" for name, count in counts.items())]
     report: dict[str, Any] = {"store": str(output), "runs": int(dataset["verdict"].size), "counts": counts}
-    boundary = sweeps.parse_plan(dataset.attrs["plan"]).boundary
+    plan = sweeps.parse_plan(dataset.attrs["plan"])
+    boundary = plan.boundary
+    if plan.ensemble is not None:
+        told = _devices_told(plan.ensemble.draws, dataset)
+        report["ensemble"] = told
+        lines.append(
+            f"  with the likeliest device; of {told['draws']} drawn ones, the same at each point, "
+            f"{told['least_inside']:.0%} to {told['most_inside']:.0%} stay to the end"
+        )
     if boundary is not None:
         line = sweeps.boundary_line(dataset, boundary.verdict)
         report["boundary"] = {
@@ -104,6 +144,16 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
         print_json(report)
     else:
         print("\n".join([*lines, *(f"written to {target}" for target in exported)]))
+
+
+def _devices_told(draws: int, dataset: Any) -> dict[str, Any]:
+    """How many devices each point was run with, and the least and the largest share of them that stay."""
+    import numpy as np
+
+    staying = dataset["probability_inside"].values
+    known = staying[np.isfinite(staying)]
+    ends = (float(known.min()), float(known.max())) if known.size else (math.nan, math.nan)
+    return {"draws": draws, "least_inside": ends[0], "most_inside": ends[1]}
 
 
 def plot_sweep(store: Path, output: Path | None) -> None:
