@@ -41,10 +41,11 @@ def presets(name: str | None = None, *, schema: Annotated[bool, Parameter(negati
     schema
         Print the JSON schema of scenario files instead.
     """
-    from helimag.scenario import Scenario, load, preset_names
+    from helimag import scenario as scenarios
+    from helimag.scenario import load, preset_names
 
     if schema:
-        print_json(Scenario.model_json_schema())
+        print_json(scenarios.schema())
     elif name is not None:
         print(load(name).to_toml(), end="")
     else:
