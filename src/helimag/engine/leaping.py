@@ -33,7 +33,7 @@ from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
-IN_STEP = wp.constant(wp.float64(0.0))  # least cosine of the phase lag for leaps
+IN_STEP = wp.constant(wp.float64(-0.5))  # least cosine of the phase lag for leaps
 SHARE = wp.constant(wp.float64(1.0))  # of the tolerance, for a leap's error; benchmarks/leaps.py
 SAFETY = wp.constant(wp.float64(0.85))
 GROWTH = wp.constant(wp.float64(1.5))
