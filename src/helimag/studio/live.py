@@ -97,7 +97,8 @@ class Live:
         had = 0
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._closed or self._number > had)
+                while self._number == had and not self._closed:
+                    self._changed.wait()
                 if self._closed or self._asked is None:
                     return
                 question = self._asked
@@ -169,6 +170,14 @@ class Live:
 
 def first_run(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory:
     """What is soon known of a run: all of it by leaps, or its beginning."""
+    leapt = _leapt(scenario, go_on) if leaps_hold(system_of(scenario)) else None
+    if leapt is not None:
+        return leapt
+    return simulate(scenario, duration=scenario.run.duration / SHARE, progress=go_on)
+
+
+def _leapt(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory | None:
+    """The run by leaps; None where they take long: where the device slips, say, they are steps."""
     begun = time.monotonic()
 
     def soon(done: float) -> None:
@@ -176,12 +185,10 @@ def first_run(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory:
         if done < 0.5 and time.monotonic() - begun > TEDIOUS:
             raise _Tedious
 
-    if leaps_hold(system_of(scenario)):
-        try:
-            return simulate(scenario, method="multirevolution", progress=soon)
-        except _Tedious:
-            pass  # it slips, say: then leaps are steps, and the beginning is there sooner
-    return simulate(scenario, duration=scenario.run.duration / SHARE, progress=go_on)
+    try:
+        return simulate(scenario, method="multirevolution", progress=soon)
+    except _Tedious:
+        return None
 
 
 def warmed(scenario: Scenario, patience: float = 300.0) -> None:
