@@ -189,7 +189,7 @@ def test_a_damaged_fit_is_refused(name, tmp_path, monkeypatch):
 
 def test_other_netcdf_is_no_fit(tmp_path):
     hm.simulate(ROW).save(tmp_path / "run.nc")
-    with pytest.raises(HelimagError, match="plan must hold|is not a calibration"):
+    with pytest.raises(HelimagError, match="plan must hold"):
         fit_from_bytes((tmp_path / "run.nc").read_bytes())
     with pytest.raises(HelimagError, match="cannot be read as netCDF"):
         fit_from_bytes(b"CDF\x01" + bytes(200))
@@ -197,7 +197,7 @@ def test_other_netcdf_is_no_fit(tmp_path):
         run_from_bytes(packed(fit_of(ROW), tmp_path), ".nc", 0.15)
 
 
-def test_a_fit_of_other_inputs_is_no_fit_for_this_run(tmp_path):
+def test_a_fit_of_other_inputs_is_no_fit_for_this_run():
     """Devices that a scenario cannot have are refused, not left out."""
     fit = fit_of(ROW, free={"device.helix.length": (-1.0, 0.1)})
     with pytest.raises(HelimagError):

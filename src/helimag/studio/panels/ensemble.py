@@ -44,12 +44,11 @@ class EnsemblePanel:
 
     def _errors(self) -> None:
         """Fields for the errors from run to run."""
-        with (
-            ui.expansion("Errors from run to run (standard deviations)", value=True).classes("hs-group").props("dense")
-        ):
-            with ui.element("div").classes("hs-errors"):
-                self.displacement = _field("Place where it is let go", "mm", "displacement", 0.5)
-                self.fields = {knob.path: _field(knob.label, unit_text(knob.unit), knob.path, 0.0) for knob in ERRORS}
+        title = "Errors from run to run (standard deviations)"
+        expansion = ui.expansion(title, value=True).classes("hs-group").props("dense")
+        with expansion, ui.element("div").classes("hs-errors"):
+            self.displacement = _field("Place where it is let go", "mm", "displacement", 0.5)
+            self.fields = {knob.path: _field(knob.label, unit_text(knob.unit), knob.path, 0.0) for knob in ERRORS}
 
     def given(self, _: str, content: bytes) -> None:
         """A file that someone chose."""
