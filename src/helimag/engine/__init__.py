@@ -14,6 +14,7 @@ from helimag.engine.kernels import ready
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.methods import DOP853, MULTIREVOLUTION, Method
 from helimag.engine.moving import shifted, to_lab, to_moving
+from helimag.engine.events import FALL_LIMIT
 from helimag.engine.packing import (
     initial_gap,
     pack_bodies,
@@ -37,6 +38,7 @@ from helimag.engine.system import (
 
 __all__ = [
     "DOP853",
+    "FALL_LIMIT",
     "MAGNET_MODELS",
     "MULTIREVOLUTION",
     "OPEN_WATER",
