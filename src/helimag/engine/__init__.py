@@ -15,6 +15,7 @@ from helimag.engine.leaping import leaps_hold
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.methods import DOP853, MULTIREVOLUTION, Method
 from helimag.engine.moving import shifted, to_lab, to_moving
+from helimag.engine.events import FALL_LIMIT
 from helimag.engine.packing import (
     initial_gap,
     pack_bodies,
@@ -38,6 +39,7 @@ from helimag.engine.system import (
 
 __all__ = [
     "DOP853",
+    "FALL_LIMIT",
     "MAGNET_MODELS",
     "MULTIREVOLUTION",
     "OPEN_WATER",
