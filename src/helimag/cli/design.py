@@ -5,18 +5,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from helimag.cli._common import PLAIN, Common
 from helimag.cli._found_orbits import orbit_report
-from helimag.cli._shared import (
-    Changes,
-    Json,
-    ScenarioName,
-    check_target,
-    input_range,
-    print_json,
-    progress_bar,
-    quantity,
-    scenario_from,
-)
+from helimag.cli._outputs import SCENARIO, Outputs, check_outputs, files_report, print_files, write_outputs
+from helimag.cli._shared import Changes, ScenarioName, input_range, print_json, progress_bar, quantity, scenario_from
 
 if TYPE_CHECKING:
     from helimag.design import Design
@@ -38,8 +30,8 @@ def design(
         ),
     ] = None,
     runs: int = 200,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    json: Json = False,
+    output: Outputs = None,
+    common: Common = PLAIN,
 ) -> None:
     """Find inputs whose orbit is stable with the largest margin, with tolerances that full runs confirm.
 
@@ -52,13 +44,11 @@ def design(
     runs
         How many full runs, all inputs off at once, must stay bounded.
     output
-        Write the designed scenario to this TOML file.
+        Write the designed scenario (.toml) to this file. May be repeated.
     """
-    if output is not None:
-        check_target(output)
+    check_outputs(output, SCENARIO)
     from helimag import quantities
     from helimag.design import design as find_inputs
-    from helimag.files import replacing
 
     chosen = scenario_from(scenario, changes)
     limits = dict(input_range("--limit", chosen, text) for text in limit) if limit else None
@@ -71,15 +61,19 @@ def design(
             runs=runs,
             progress=progress,
         )
-    if output is not None:
-        with replacing(output) as beside:
-            beside.write_text(result.scenario.to_toml(), encoding="utf-8")
-    if json:
-        print_json(_report(result))
+    write_outputs(output, {SCENARIO: lambda path: _write(result, path)})
+    if common.json:
+        print_json(_report(result) | files_report(output))
         return
     print(result.text)
-    if output is not None:
-        print(f"written to {output}")
+    print_files(output)
+
+
+def _write(result: "Design", path: Path) -> None:
+    from helimag.files import replacing
+
+    with replacing(path) as beside:
+        beside.write_text(result.scenario.to_toml(), encoding="utf-8")
 
 
 def _report(result: "Design") -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """The command that makes many runs: sweep."""
 
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,22 +7,37 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from helimag.cli._shared import Json, check_target, print_json, print_warnings, validity_warnings
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
+    PAGE,
+    STORE,
+    TABLE,
+    Outputs,
+    check_outputs,
+    drawn,
+    files_report,
+    print_files,
+    the_one,
+    write_outputs,
+)
+from helimag.cli._shared import print_json, print_warnings, validity_warnings
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
+    from helimag.cli._outputs import Format, Writer
     from helimag.sweeps import SweepProgress
 
 
 def sweep(
     plan: Path,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Outputs = None,
     scheduler: str | None = None,
     threads: int | None = None,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
-    export: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=False)] = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Run a plan into a store; the same command again goes on where it stopped.
 
@@ -32,38 +46,49 @@ def sweep(
     plan
         The plan: a TOML file with a base scenario and axes.
     output
-        The store: a zarr directory, such as OUT.zarr.
+        The store (.zarr, a folder; must be named but with --dry-run). Also write the result (.nc, .csv), a figure
+        (.png, .svg, .pdf) or an interactive page (.html) to this file. May be repeated.
     scheduler
         Address of a running dask scheduler, such as tcp://127.0.0.1:8786. Default: threads on this machine.
     threads
         How many threads on this machine. Default: one a core.
     dry_run
         Run a short trial only, and print the number of runs and an estimate of time and disk.
-    export
-        Also write the result to this .nc or .csv file. May be repeated.
     """
+    check_outputs(output, STORE, DATA, TABLE, FIGURE, PAGE)
     from helimag import sweeps
 
     if threads is not None and threads < 1:
         raise InputError(f"--threads must be at least 1; got {threads}")
     if dry_run:
-        _print_estimate(sweeps.estimate(plan, threads=threads), json)
+        _print_estimate(sweeps.estimate(plan, threads=threads), common.json)
         return
-    if output is None:
-        raise InputError("--output must name the store, such as -o OUT.zarr; got none")
-    for target in export or []:
-        if target.suffix not in (".nc", ".csv"):
-            raise InputError(f"--export must end in .nc or .csv; got '{target}'")
-        check_target(target)
+    store = the_one(output, STORE)
     try:
         with sweep_progress(plan.stem) as progress:
-            dataset = sweeps.sweep(plan, out=output, scheduler=scheduler, threads=threads, progress=progress)
+            dataset = sweeps.sweep(plan, out=store, scheduler=scheduler, threads=threads, progress=progress)
     except KeyboardInterrupt:
-        print(f"helimag: interrupted; run the same command again to go on from what is in {output}", file=sys.stderr)
-        sys.exit(130)
-    for target in export or []:
-        sweeps.export(dataset, target)
-    _print_result(dataset, output, export or [], json)
+        raise KeyboardInterrupt(f"run the same command again to go on from what is in {store}") from None
+    write_outputs(output, {STORE: lambda _: None, **sweep_writers(dataset)})
+    _print_result(dataset, store, output, common.json)
+
+
+def sweep_writers(dataset: Any) -> "dict[Format, Writer]":
+    """What can be made of a sweep: its data, a table, a figure, a page."""
+    from helimag.sweeps import export
+
+    return {
+        DATA: lambda path: export(dataset, path),
+        TABLE: lambda path: export(dataset, path),
+        FIGURE: drawn(lambda plots: plots.draw_sweep(dataset)),
+        PAGE: lambda path: _write_page(dataset, path),
+    }
+
+
+def _write_page(dataset: Any, path: Path) -> None:
+    from helimag import plots
+
+    plots.save_html(plots.interactive_sweep(dataset), path)
 
 
 def _print_estimate(estimate: Any, json: bool) -> None:
@@ -77,14 +102,14 @@ def _print_estimate(estimate: Any, json: bool) -> None:
     )
 
 
-def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) -> None:
+def _print_result(dataset: Any, store: Path, output: list[Path] | None, json: bool) -> None:
     from helimag import sweeps
 
     counts = sweeps.counts(dataset)
     warnings = validity_warnings(dataset.attrs)
     print_warnings(warnings)
-    lines = [f"{output}: " + ", ".join(f"{count} {name}" for name, count in counts.items())]
-    report: dict[str, Any] = {"store": str(output), "runs": int(dataset["verdict"].size), "counts": counts}
+    lines = [f"{store}: " + ", ".join(f"{count} {name}" for name, count in counts.items())]
+    report: dict[str, Any] = {"store": str(store), "runs": int(dataset["verdict"].size), "counts": counts}
     boundary = sweeps.parse_plan(dataset.attrs["plan"]).boundary
     if boundary is not None:
         line = sweeps.boundary_line(dataset, boundary.verdict)
@@ -101,24 +126,10 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
         lines.append(describe(line, dataset))
     report["warnings"] = warnings
     if json:
-        print_json(report)
+        print_json(report | files_report(output))
     else:
-        print("\n".join([*lines, *(f"written to {target}" for target in exported)]))
-
-
-def plot_sweep(store: Path, output: Path | None) -> None:
-    """Draw a sweep's store as a figure, or as an interactive page where the output ends in .html."""
-    from helimag import plots
-    from helimag.sweeps import load_sweep
-
-    dataset = load_sweep(store)
-    target = output or store.resolve().with_suffix(".png")
-    check_target(target)
-    if target.suffix == ".html":
-        plots.save_html(plots.interactive_sweep(dataset), target)
-    else:
-        plots.save(plots.draw_sweep(dataset), target)
-    print(target)
+        print("\n".join(lines))
+        print_files(output)
 
 
 def describe(line: Any, dataset: Any) -> str:

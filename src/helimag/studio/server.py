@@ -3,6 +3,7 @@
 import secrets
 import socket
 import sys
+from collections.abc import Callable
 
 from nicegui import app, ui
 
@@ -13,7 +14,13 @@ from helimag.studio.state import beginning
 
 
 def serve(
-    scenario: str, *, host: str = "127.0.0.1", port: int = 8137, browser: bool = True, demo: bool = False
+    scenario: str,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8137,
+    browser: bool = True,
+    demo: bool = False,
+    tell: Callable[[str], None] | None = None,
 ) -> None:
     """Serve the studio until interrupted.
 
@@ -29,6 +36,8 @@ def serve(
         Whether to open a browser.
     demo
         Whether the page tours itself.
+    tell
+        Called with the address, its token in it, before the page is served.
 
     Raises
     ------
@@ -51,6 +60,8 @@ def serve(
     if token is not None:
         address += f"?token={token}"
     print(f"helimag studio at {address}", file=sys.stderr, flush=True)
+    if tell is not None:
+        tell(address)
     ui.run(
         host=host,
         port=port,
