@@ -45,8 +45,10 @@ def render(
         Folder for the films, truth.nc, true-rig.json, and the pictures of the board with calibration.toml.
     kind
         H.264, MJPEG, or folders of pictures.
-    start, duration
-        Part of the run to film. Default: all of it.
+    start
+        Of the part of the run to film.
+    duration
+        Of that part. Default: to the run's end.
     dropped
         Share of the frames that are lost.
     clock_offset
@@ -166,8 +168,10 @@ def track(
 
     Parameters
     ----------
-    first, second
-        The films of the rig's first and second camera: .mp4, .avi, or folders of PNG or TIFF pictures.
+    first
+        The film of the rig's first camera: .mp4, .avi, or a folder of PNG or TIFF pictures.
+    second
+        That of its second camera.
     rig
         What calibrate wrote.
     gap
