@@ -54,10 +54,11 @@ def presets(
     schema
         Print the JSON schema of scenario files instead.
     """
-    from helimag.scenario import Scenario, load, preset_names
+    from helimag import scenario as scenarios
+    from helimag.scenario import load, preset_names
 
     if schema:
-        print_json(Scenario.model_json_schema())
+        print_json(scenarios.schema())
     elif name is not None:
         scenario = load(name)
         if common.json:
