@@ -38,7 +38,7 @@ def test_scenario_run_and_orbit_show_themselves_as_tables(done: Any) -> None:
 
 def test_figures_are_drawn(done: Any) -> None:
     assert "image/png" in shown(done, "draw_run(run)")
-    assert "image/png" in shown(done, "reason}\")")
+    assert "image/png" in shown(done, 'reason}")')
 
 
 def test_batch_prints_a_verdict_a_pitch(done: Any) -> None:
