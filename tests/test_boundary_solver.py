@@ -54,7 +54,7 @@ def test_stokeslet_over_a_triangle():
 
 
 def test_stokeslet_from_a_place_on_an_edge():
-    """On an edge, on its line, at a corner: the limit of what lies beside, as where a flat head meets the wire's end."""
+    """On an edge, on its line, at a corner: the limit beside it, as where a flat head meets the end of the wire."""
     corners = np.array([[-0.5, -0.3, 0.2], [0.7, -0.3, 0.2], [0.1, 0.9, 0.2]])
     places = np.array([[0.1, -0.3, 0.2], [0.4, -0.3, 0.2], [0.7, -0.3, 0.2], [1.7, -0.3, 0.2], [-2.0, -0.3, 0.2]])
     many = np.repeat(corners[None], len(places), axis=0)
