@@ -34,7 +34,6 @@ from helimag.physics.kinematics import ArmMotion, State, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
 IN_STEP = wp.constant(wp.float64(-0.5))  # least cosine of the phase lag for leaps
-SHARE = wp.constant(wp.float64(1.0))  # of the tolerance, for a leap's error; benchmarks/leaps.py
 SAFETY = wp.constant(wp.float64(0.85))
 GROWTH = wp.constant(wp.float64(1.5))
 SHRINK = wp.constant(wp.float64(0.2))
@@ -121,13 +120,17 @@ def way_of(
     way.end = begin
     way.room = ONE
     top = top_of(curve)
+    look = int(0)  # no turn goes farther than a third of what is to be kept: where there is room, some need no look
     for j in range(turns):
         at = number + wp.float64(j)
         way.end = next_turn(jacobian, curve, weights_at(curve, at), way.end)
         way.error = doubted(jacobian, curve, top, at, way.error)
-        t = origin + (at + ONE) * period
-        least, kind = clearance(bounds, magnets, rpm_pose(drive, t), to_lab(drive, t, from_chart(reference, way.end)))
-        way.room = wp.min(way.room, least - keep)
+        if j >= look:
+            t = origin + (at + ONE) * period
+            state = to_lab(drive, t, from_chart(reference, way.end))
+            least, kind = clearance(bounds, magnets, rpm_pose(drive, t), state)
+            way.room = wp.min(way.room, least - keep)
+            look = j + 1 + int(wp.clamp((least - keep) / keep, ZERO, wp.float64(MOST_TURNS)))
     return way
 
 
@@ -243,7 +246,8 @@ def guess_followed(
         reference,
         to_chart(reference, begin),
     )
-    p.leap.error = largest(way.error, control) / (SHARE * control.tolerance)
+    few = wp.float64(known + 1) / wp.float64(ORDER + 1)
+    p.leap.error = largest(way.error, control) / (few * few * control.tolerance)
     near = p.leap.error <= ONE or turns == 1  # one turn was followed from where it begins
     if near and turn.cosine > IN_STEP and way.room > ZERO:
         p.leap.stage = CORRECTING
