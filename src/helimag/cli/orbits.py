@@ -42,6 +42,7 @@ def orbit(
     start: Annotated[str | None, Parameter(name="--from", allow_leading_hyphen=True)] = None,
     stop: Annotated[str | None, Parameter(name="--to", allow_leading_hyphen=True)] = None,
     prove: Annotated[bool, Parameter(negative="")] = False,
+    tolerance: Annotated[bool, Parameter(negative="")] = False,
     certificate: Path | None = None,
     output: Outputs = None,
     json: Json = False,
@@ -60,12 +61,14 @@ def orbit(
         Highest value.
     prove
         Prove by enclosures that the orbit exists and attracts, for all time: a theorem about the model.
+    tolerance
+        Look for how far frequency, pitch, distance and weight may be off, all at once, and prove that: some minutes.
     certificate
-        Write the certificate of the proof to this file (JSON).
+        Write the certificate of the proof to this file (JSON); with --tolerance that of the box of inputs.
     """
     _check_options(every, vary, start, stop, output)
     check_outputs(output)
-    proofs.check_options(prove, certificate, every or vary is not None)
+    proofs.check_options(prove, certificate, tolerance, every or vary is not None)
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
@@ -86,7 +89,12 @@ def orbit(
             result = orbits.find_orbit(chosen, progress=progress)
         warnings = _warnings(chosen, [])
         print_warnings(warnings)
-        print_orbit(result, warnings, json, proofs.proved(result, certificate) if prove else None)
+        proof = proofs.proved(result, certificate) if prove else None
+        box = None
+        if proof is not None and tolerance:
+            with progress_bar("proving a box of inputs") as progress:
+                box = proofs.tolerated(proof, certificate, progress)
+        print_orbit(result, warnings, json, proof, box)
         return
     with progress_bar(f"following orbits through {vary}") as progress:
         watch = orbits.Watch(progress)

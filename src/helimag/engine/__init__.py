@@ -9,12 +9,12 @@ watched), ``loop`` (the kernel), ``batch`` and ``running`` (launches on threads)
 from helimag.engine.accuracy import Accuracy, accuracy_of
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.control import Control
+from helimag.engine.events import FALL_LIMIT
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.methods import DOP853, MULTIREVOLUTION, Method
 from helimag.engine.moving import shifted, to_lab, to_moving
-from helimag.engine.events import FALL_LIMIT
 from helimag.engine.packing import (
     initial_gap,
     pack_bodies,
