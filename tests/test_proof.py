@@ -4,6 +4,7 @@ import copy
 import json
 import math
 from dataclasses import replace
+from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
@@ -153,7 +154,7 @@ def test_the_ball_of_starts_lies_in_the_region_that_all_comes_in_from(certificat
     frame = tube.waves.values(np.zeros(1))[7:, 0].reshape(6, 6).T
     bent = np.zeros((6, 6, 6))
     values = tube.bent.values(np.zeros(1))[:, 0].reshape(-1, 6)
-    for n, (a, b) in enumerate((a, b) for a in range(6) for b in range(a, 6)):
+    for n, (a, b) in enumerate(combinations_with_replacement(range(6), 2)):
         bent[:, a, b] = bent[:, b, a] = values[n]
     nearest = 0.0
     for _ in range(200):
@@ -214,9 +215,9 @@ def test_a_certificate_comes_back_and_holds(certificate: Certificate, tmp_path) 
 
 
 def test_a_certificate_with_any_one_number_changed_is_refused(certificate: Certificate) -> None:
-    """Numbers of every field, by one bit; every flag; every text; of the functions' thousands of numbers some of each."""
+    """Every number, by one bit, flag and text; of the thousands that functions are made of some of each."""
     content = json.loads(certificate.text())
-    paths = [path for n, path in enumerate(numbers_in(content)) if len(path) < 4 or n % 61 == 0]
+    paths = [path for n, path in enumerate(numbers_in(content)) if len(path) < 4 or path[0] != "tube" or n % 61 == 0]
     assert {path[:2] for path in paths} == {path[:2] for path in numbers_in(content)}
     assert len(paths) > 150
     sealed = content.pop("sha256")
