@@ -215,9 +215,9 @@ def test_a_certificate_comes_back_and_holds(certificate: Certificate, tmp_path) 
 
 
 def test_a_certificate_with_any_one_number_changed_is_refused(certificate: Certificate) -> None:
-    """Numbers of every field, by one bit; every flag; every text; of the functions' thousands of numbers some."""
+    """Every number, by one bit, flag and text; of the thousands that functions are made of some of each."""
     content = json.loads(certificate.text())
-    paths = [path for n, path in enumerate(numbers_in(content)) if len(path) < 4 or n % 61 == 0]
+    paths = [path for n, path in enumerate(numbers_in(content)) if len(path) < 4 or path[0] != "tube" or n % 61 == 0]
     assert {path[:2] for path in paths} == {path[:2] for path in numbers_in(content)}
     assert len(paths) > 150
     sealed = content.pop("sha256")

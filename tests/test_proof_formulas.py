@@ -250,7 +250,7 @@ def test_inputs_with_a_tolerance_are_variables():
     widths = {"drive.frequency": Fraction(1, 100), "drive.pitch": Fraction(1, 10)}
     with arithmetic():
         middle, over, plain = (
-            Inputs(scenario, widths, view).constants() for view in ("middle", "over", "balls")
+            Inputs(scenario, widths, view, 3).constants() for view in ("middle", "over", "balls")
         )  # fmt: skip
         for f, p in ((1, 1), (-1, 1), (1, -1)):
             corner = Inputs(
@@ -269,6 +269,11 @@ def test_inputs_with_a_tolerance_are_variables():
                 # Taylor: half the second derivatives over the box, times variables of one
                 rest = sum((abs(h).abs_upper() for h in jet.h.values()), exact(0))
                 assert abs(float(true - first.v - change)) <= float(rest) + 1e-15 * abs(float(true))
+                # and with second ones at the middle, a sixth of the third over the box, each triple in all its orders
+                bend = (first.h or {}).get
+                second = (bend((6, 6), 0) + bend((7, 7), 0) + 2 * f * p * bend((6, 7), 0)) / 2
+                rest = sum((abs(t).abs_upper() for t in jet.t.values()), exact(0)) / 2
+                assert abs(float(true - first.v - change - second)) <= float(rest) + 1e-15 * abs(float(true))
 
 
 @pytest.mark.parametrize(
