@@ -116,7 +116,8 @@ def test_options_are_named_where_their_quantity_is_wrong(monkeypatch, capsys):
 def test_design_as_json(monkeypatch, capsys):
     for module, name, value in (
         (candidates, "SAMPLES", 16),
-        (candidates, "CANDIDATES", 1),
+        (candidates, "SOLVED", 6),
+        (robust_inputs, "CANDIDATES", 1),
         (robust_inputs, "POLISHES", 1),
         (full_runs, "LONGEST_RUN", 3000.0),
     ):

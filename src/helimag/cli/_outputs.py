@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-Outputs = Annotated[list[Path] | None, Parameter(name=["--output", "-o"], negative="", consume_multiple=False)]
-Folder = Annotated[Path, Parameter(name=["--output", "-o"])]
+OUTPUT = ("--output", "-o")
+Outputs = Annotated[list[Path] | None, Parameter(name=OUTPUT, negative="", consume_multiple=False)]
+Folder = Annotated[Path, Parameter(name=OUTPUT)]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The command calibrate, and what simulate says with --ensemble."""
+"""The command calibrate, what simulate says with --ensemble, and the options that go with that."""
 
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -20,7 +20,8 @@ from helimag.cli._shared import print_json, progress_bar, quantity
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.calibration import Noise, Posterior
+    from helimag.calibration import Posterior
+    from helimag.ensembles import Noise
     from helimag.scenario import Scenario
 
 
@@ -89,7 +90,7 @@ def _table(fit: "Posterior") -> str:
 
 @dataclass(frozen=True)
 class DrawOptions:
-    """Options of simulate that go with --ensemble; None where they are left out."""
+    """Options of simulate, sweep and design that go with --ensemble; None where they are left out."""
 
     noise: list[str] | None
     displacement: str | None
@@ -102,20 +103,51 @@ class DrawOptions:
             if getattr(self, field.name) is not None:
                 raise InputError(f"--{field.name} goes with --ensemble only")
 
+    @property
+    def errors(self) -> dict[str, str]:
+        """Standard deviations of inputs, as text by path."""
+        texts: dict[str, str] = {}
+        for each in self.noise or []:
+            path, equals, sd = each.partition("=")
+            if not equals:
+                raise InputError(
+                    f"--noise must be an input and its standard deviation, drive.pitch='0.2 deg'; got {each!r}"
+                )
+            texts[path.strip()] = sd.strip().strip("\"'")
+        return texts
+
+    def noise_in(self, scenario: "Scenario") -> "Noise":
+        """Errors of each run of a scenario."""
+        from helimag import quantities
+        from helimag.ensembles import noise_of
+
+        moved = 0.0 if self.displacement is None else quantity("--displacement", self.displacement, quantities.LENGTH)
+        return noise_of(scenario, self.errors, moved, "--noise")
+
+    @property
+    def table(self) -> dict[str, object]:
+        """What is given, as a plan's [ensemble] has it."""
+        given = {
+            "draws": self.draws,
+            "seed": self.seed,
+            "displacement": self.displacement,
+            "noise": self.errors or None,
+        }
+        return {key: value for key, value in given.items() if value is not None}
+
 
 def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: str, json: bool) -> None:
     """What simulate prints with --ensemble."""
     from helimag import calibration
-    from helimag.calibration.prediction import DRAWS
 
     known = calibration.Posterior.load(fit)
-    draws = DRAWS if options.draws is None else options.draws
+    draws = calibration.DRAWS if options.draws is None else options.draws
     seed = options.seed or 0
     with progress_bar(f"predicting {scenario.title}") as progress:
         found = calibration.predict(
             scenario,
             known,
-            noise=_noise(scenario, options.noise, options.displacement),
+            noise=options.noise_in(scenario),
             draws=draws,
             seed=seed,
             device=device,
@@ -128,25 +160,3 @@ def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: st
     print(f"{scenario.title} with {draws} devices of {fit}")
     for line in found.text.splitlines():
         print(f"  {line}")
-
-
-def _noise(scenario: "Scenario", inputs: list[str] | None, displacement: str | None) -> "Noise":
-    from helimag import quantities
-    from helimag.calibration import Noise
-    from helimag.scenario import Input
-
-    found: dict[str, float] = {}
-    for each in inputs or []:
-        path, equals, sd = each.partition("=")
-        if not equals:
-            raise InputError(
-                f"--noise must be an input and its standard deviation, drive.pitch='0.2 deg'; got {each!r}"
-            )
-        try:
-            found[path.strip()] = Input(path.strip()).parsed(scenario, sd.strip().strip("\"'"))
-        except InputError as error:
-            raise InputError(f"--noise {path.strip()}: {error}") from None
-        if not found[path.strip()] > 0.0:
-            raise InputError(f"--noise {path.strip()} must be above zero; got {sd!r}")
-    moved = 0.0 if displacement is None else quantity("--displacement", displacement, quantities.LENGTH)
-    return Noise(found, moved)

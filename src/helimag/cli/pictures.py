@@ -10,6 +10,7 @@ from helimag.cli._common import PLAIN, Common
 from helimag.cli._outputs import (
     FIGURE,
     FILM,
+    OUTPUT,
     PAGE,
     Format,
     Outputs,
@@ -37,7 +38,7 @@ MAKERS = "simulate, robot replay, vision, orbit, sweep, calibrate or robot progr
 def plot(
     file: Path,
     *,
-    output: Outputs = None,
+    output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--animate"])] = None,
     common: Common = PLAIN,
 ) -> None:
     """Draw what another command wrote: a run, a sweep, orbits, a map, a flow, a basin, a calibration, a robot's path.
@@ -49,11 +50,10 @@ def plot(
         robot program wrote.
     output
         Write a figure (.png, .svg, .pdf) to this file; of a sweep also an interactive page (.html), of a run a film
-        (.mp4). Must be given, may be repeated.
+        (.mp4). May be repeated. Left out: a .png beside the file, with its name.
     """
+    output = output or [(file if file.name else file.resolve()).with_suffix(".png")]
     check_outputs(output, FIGURE, PAGE, FILM)
-    if not output:
-        raise InputError(f"--output must name a file that ends in {FIGURE}; got none")
     what, writers = _opened(file)
     for path in output:
         if not any(format.fits(path) for format in writers):

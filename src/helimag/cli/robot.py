@@ -11,6 +11,7 @@ from helimag.cli._outputs import (
     DATA,
     FIGURE,
     FILM,
+    OUTPUT,
     Folder,
     Outputs,
     check_folder,
@@ -53,7 +54,7 @@ def check(
     changes: Changes = None,
     cell: CellFile = None,
     unwind: Unwind = False,
-    output: Outputs = None,
+    output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--figure"])] = None,
     common: Common = PLAIN,
 ) -> None:
     """Report whether the arm can take the magnet along a scenario's path; exit status 1 where it cannot, and why.

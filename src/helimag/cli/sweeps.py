@@ -1,16 +1,18 @@
 """The command that makes many runs: sweep."""
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, validators
 
 from helimag.cli._common import PLAIN, Common
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
+    OUTPUT,
     PAGE,
     STORE,
     TABLE,
@@ -23,20 +25,26 @@ from helimag.cli._outputs import (
     write_outputs,
 )
 from helimag.cli._shared import print_json, print_warnings, validity_warnings
+from helimag.cli.calibration import DrawOptions
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
     from helimag.cli._outputs import Format, Writer
-    from helimag.sweeps import SweepProgress
+    from helimag.sweeps import Plan, SweepProgress
 
 
 def sweep(
     plan: Path,
     *,
-    output: Outputs = None,
+    output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--export"])] = None,
     scheduler: str | None = None,
     threads: int | None = None,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
+    ensemble: Path | None = None,
+    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    displacement: str | None = None,
+    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
+    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
     common: Common = PLAIN,
 ) -> None:
     """Run a plan into a store; the same command again goes on where it stopped.
@@ -54,19 +62,32 @@ def sweep(
         How many threads on this machine. Default: one a core.
     dry_run
         Run a short trial only, and print the number of runs and an estimate of time and disk.
+    ensemble
+        What calibrate wrote: run every point with devices from it, and keep how likely each outcome is there. This and
+        the following go over the plan's own [ensemble].
+    noise
+        With an ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
+        repeated.
+    displacement
+        With an ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+    draws
+        With an ensemble: how many devices a point; 32 if left out.
+    seed
+        With an ensemble: of the draws; 0 if left out.
     """
     check_outputs(output, STORE, DATA, TABLE, FIGURE, PAGE)
     from helimag import sweeps
 
     if threads is not None and threads < 1:
         raise InputError(f"--threads must be at least 1; got {threads}")
-    if dry_run:
-        _print_estimate(sweeps.estimate(plan, threads=threads), common.json)
+    store = None if dry_run else the_one(output, STORE)
+    asked = _asked(plan, ensemble, DrawOptions(noise, displacement, draws, seed))
+    if store is None:
+        _print_estimate(sweeps.estimate(asked, threads=threads), common.json)
         return
-    store = the_one(output, STORE)
     try:
         with sweep_progress(plan.stem) as progress:
-            dataset = sweeps.sweep(plan, out=store, scheduler=scheduler, threads=threads, progress=progress)
+            dataset = sweeps.sweep(asked, out=store, scheduler=scheduler, threads=threads, progress=progress)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"run the same command again to go on from what is in {store}") from None
     write_outputs(output, {STORE: lambda _: None, **sweep_writers(dataset)})
@@ -91,6 +112,18 @@ def _write_page(dataset: Any, path: Path) -> None:
     plots.save_html(plots.interactive_sweep(dataset), path)
 
 
+def _asked(path: Path, ensemble: Path | None, options: DrawOptions) -> "Plan":
+    """The plan of a file, with what is given of an ensemble."""
+    from helimag import sweeps
+
+    plan = sweeps.load_plan(path)
+    if ensemble is None and plan.ensemble is None:
+        options.check_unused()
+        return plan
+    given = options.table | ({} if ensemble is None else {"fit": str(ensemble)})
+    return sweeps.with_ensemble(plan, given) if given else plan
+
+
 def _print_estimate(estimate: Any, json: bool) -> None:
     if json:
         print_json({"runs": estimate.runs, "seconds": estimate.seconds, "bytes": estimate.bytes})
@@ -110,7 +143,15 @@ def _print_result(dataset: Any, store: Path, output: list[Path] | None, json: bo
     print_warnings(warnings)
     lines = [f"{store}: " + ", ".join(f"{count} {name}" for name, count in counts.items())]
     report: dict[str, Any] = {"store": str(store), "runs": int(dataset["verdict"].size), "counts": counts}
-    boundary = sweeps.parse_plan(dataset.attrs["plan"]).boundary
+    plan = sweeps.parse_plan(dataset.attrs["plan"])
+    boundary = plan.boundary
+    if plan.ensemble is not None:
+        told = _devices_told(plan.ensemble.draws, dataset)
+        report["ensemble"] = told
+        lines.append(
+            f"  with the likeliest device; of {told['draws']} drawn ones, the same at each point, "
+            f"{told['least_inside']:.0%} to {told['most_inside']:.0%} stay to the end"
+        )
     if boundary is not None:
         line = sweeps.boundary_line(dataset, boundary.verdict)
         report["boundary"] = {
@@ -130,6 +171,16 @@ def _print_result(dataset: Any, store: Path, output: list[Path] | None, json: bo
     else:
         print("\n".join(lines))
         print_files(output)
+
+
+def _devices_told(draws: int, dataset: Any) -> dict[str, Any]:
+    """How many devices each point was run with, and the least and the largest share of them that stay."""
+    import numpy as np
+
+    staying = dataset["probability_inside"].values
+    known = staying[np.isfinite(staying)]
+    ends = (float(known.min()), float(known.max())) if known.size else (math.nan, math.nan)
+    return {"draws": draws, "least_inside": ends[0], "most_inside": ends[1]}
 
 
 def describe(line: Any, dataset: Any) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from helimag.errors import InputError, MissingExtra
 from helimag.files import replacing
 from helimag.outcomes import Reason, Verdict
+from helimag.plots._likely import STAYING, ran_devices
 from helimag.plots.sweeps import (
     COLOURS,
     border_of,
@@ -210,9 +211,11 @@ def _hover(part: "xarray.Dataset") -> NDArray[np.str_]:
     columns = {name: column_shown(part, name) for name in axis_names(part)}
     flags, gain = part["verdict"].values.ravel(), part["gain"].values.ravel()
     reasons = part["reason"].values.ravel()
+    staying = part[STAYING].values.ravel() if ran_devices(part) else flags
     lines = [
         [f"{label_of(part, name)}: {values[i]:.5g}" for name, values in columns.items()]
         + [f"gain {gain[i]:.4g}", f"{Verdict.of(flags[i])}, {Reason.of(reasons[i])}"]
+        + ([f"{staying[i]:.0%} of the devices stay to the end"] if ran_devices(part) else [])
         for i in range(flags.size)
     ]
     return np.array(["<br>".join(line) for line in lines])

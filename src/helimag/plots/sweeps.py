@@ -19,6 +19,7 @@ from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.outcomes import Verdict
 from helimag.plots._curves import belongs, draw_curves
+from helimag.plots._likely import add_scale, draw_band, draw_shares, draw_shares_at, ran_devices
 from helimag.plots._style import (
     BLUE,
     DARK,
@@ -64,6 +65,8 @@ HIGHEST_GAIN = 2.0  # of the axis: what lies above has left the magnet anyway
 def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] = ()) -> Figure:
     """Draw a sweep: one axis as a curve, two as a map, more as one small panel for each value of the others.
 
+    A sweep with an ensemble has maps of the share of its devices that stay to the end, and bands of gain on its curves.
+
     Parameters
     ----------
     dataset
@@ -85,6 +88,7 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
     with styled():
         figure = Figure(figsize=(FULL_WIDTH * max(columns, 2) / 3, PANEL_HEIGHT * rows + 12 * MM), layout="constrained")
         looks: dict[str, Line2D] = {}
+        likely = ran_devices(dataset) and is_plane(panels[0][1])
         missing = list(curves)
         for place, (title, part) in enumerate(panels):
             axes = figure.add_subplot(rows, columns, place + 1)
@@ -99,7 +103,9 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
                 f"a curve over {missing[0].paths[0]} and {missing[0].paths[1]} belongs to no map of this sweep: the "
                 "sweep must run over both as a map, and be the same in all else that decides an orbit"
             )
-        handles = [*legend(dataset["verdict"].values), *looks.values()]
+        handles = [*([] if likely else legend(dataset["verdict"].values)), *looks.values()]
+        if likely:
+            handles += add_scale(figure)
         figure.legend(handles=handles, loc="outside lower center", ncols=4 if looks else 7)
         figure.suptitle(heading(dataset), fontsize=7.5)
     return figure
@@ -176,6 +182,8 @@ def draw_curve(
     Runs of the same verdict beside each other are joined; between verdicts nothing is known.
     """
     values, gain, flags = _shown(row, name), row["gain"].values, row["verdict"].values
+    if ran_devices(row):
+        draw_band(axes, row, values, top)
     for part in np.split(np.arange(flags.size), np.flatnonzero(np.diff(flags)) + 1):
         axes.plot(values[part], np.minimum(gain[part], top), color=colour, linewidth=0.6, label=label, zorder=1)
         label = None
@@ -203,6 +211,11 @@ def shade(axes: Axes, row: "xarray.Dataset", name: str, colour: Any, span: tuple
 def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> list[Line2D]:
     """Verdicts as coloured cells, the border of the bounded ones along the cells' sides, and the contour of gain 1."""
     across, up = _shown(part, x), _shown(part, y)
+    axes.set(xlabel=label_of(part, x), ylabel=label_of(part, y))
+    if ran_devices(part):
+        dims = part["verdict"].dims
+        draw_shares(axes, part.transpose(dims[1], dims[0], ...), across, up)
+        return []
     flags, gain = plane_of(part, "verdict"), plane_of(part, "gain")
     colours = np.zeros((1 + max(verdict.flag for verdict in Verdict), 3))
     for verdict, colour in COLOURS.items():
@@ -218,7 +231,6 @@ def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> list[Line2D
         unit = axes.contour(across, up, gain, levels=[1.0], colors="black", linewidths=UNIT, linestyles="--")
         unit.set_path_effects(CASING)
         named.append(Line2D([], [], label="gain 1", **GAIN_ONE))
-    axes.set(xlabel=label_of(part, x), ylabel=label_of(part, y))
     return named
 
 
@@ -246,12 +258,15 @@ def border_of(across: Floats, up: Floats, inside: NDArray[np.bool_]) -> Floats:
 
 def _draw_points(axes: Axes, part: "xarray.Dataset", names: Sequence[str]) -> list[Line2D]:
     """Runs at points of a plane, with the boundary and its error bars where the plan looked for one."""
+    axes.set(xlabel=label_of(part, names[0]), ylabel=label_of(part, names[1]))
+    if ran_devices(part):
+        draw_shares_at(axes, part, *(_shown(part, name) for name in names))
+        return []
     flags = part["verdict"].values
     for verdict in Verdict:
         here = (flags == verdict) & (verdict != Verdict.NOT_COMPUTED)
         x, y = (_shown(part, name)[here] for name in names)
         axes.scatter(x, y, s=6, color=COLOURS[verdict], linewidths=0)
-    axes.set(xlabel=label_of(part, names[0]), ylabel=label_of(part, names[1]))
     points, error = boundary_shown(part, names)
     if not len(points):
         return []

@@ -3,12 +3,15 @@
 import secrets
 import socket
 import sys
+import threading
 from collections.abc import Callable
 
 from nicegui import app, ui
 
 from helimag.errors import InputError
+from helimag.scenario import Scenario
 from helimag.studio.guard import Guard, is_loopback, rules_for
+from helimag.studio.live import warmed
 from helimag.studio.page import Setting, page
 from helimag.studio.state import beginning
 
@@ -59,6 +62,7 @@ def serve(
     address = f"http://{'localhost' if is_loopback(host) else _own_name(host)}:{port}/"
     if token is not None:
         address += f"?token={token}"
+    app.on_startup(lambda: _warm(setting.state.scenario))
     print(f"helimag studio at {address}", file=sys.stderr, flush=True)
     if tell is not None:
         tell(address)
@@ -72,6 +76,11 @@ def serve(
         binding_refresh_interval=None,
         message_history_length=200,
     )
+
+
+def _warm(scenario: Scenario) -> None:
+    """Load the kernels that the first page needs while a browser is still on its way here."""
+    threading.Thread(target=warmed, args=(scenario,), name="helimag-warm", daemon=True).start()
 
 
 def _check_free(host: str, port: int) -> None:

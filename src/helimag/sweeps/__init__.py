@@ -3,7 +3,16 @@
 from helimag.sweeps.boundary import BoundaryLine, boundary_line
 from helimag.sweeps.export import axis_names, counts, export, load_sweep, swept_in
 from helimag.sweeps.nodes import Nodes, nodes_of
-from helimag.sweeps.plan import Axis, Boundary, Plan, Sampling, load_plan, parse_plan
+from helimag.sweeps.plan import (
+    Axis,
+    Boundary,
+    EnsembleTable,
+    Plan,
+    Sampling,
+    load_plan,
+    parse_plan,
+    with_ensemble,
+)
 from helimag.sweeps.resolved import ResolvedAxis, ResolvedPlan, resolve
 from helimag.sweeps.run import SweepProgress, sweep
 from helimag.sweeps.trial import Estimate, estimate
@@ -12,6 +21,7 @@ __all__ = [
     "Axis",
     "Boundary",
     "BoundaryLine",
+    "EnsembleTable",
     "Estimate",
     "Nodes",
     "Plan",
@@ -31,4 +41,5 @@ __all__ = [
     "resolve",
     "sweep",
     "swept_in",
+    "with_ensemble",
 ]
