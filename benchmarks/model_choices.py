@@ -2,9 +2,11 @@
 
 Run: python benchmarks/model_choices.py. Every row is a preset, every column a choice; a cell says how the run ends and,
 where it stays, its range of heights. The first run makes tables of drag near floor and surface, which takes minutes.
-The last line is the time of a run near walls beside the same run in open water.
+The last line is the time of a run near walls beside the same run in open water, and with --steps the only one.
 """
 
+import math
+import sys
 import time
 
 from helimag.engine import History, advance
@@ -18,7 +20,7 @@ DRAGS = {
     "boundary": {"model": "boundary"},
     "boundary, near walls": {"model": "boundary", "near_walls": True},
 }
-REPEATS = 5
+REPEATS = 15
 
 
 def outcome(history: History) -> str:
@@ -36,6 +38,9 @@ def chosen(name: str, field: str, drag: dict[str, object]) -> Scenario:
 
 def main() -> None:
     """Print the table."""
+    if "--steps" in sys.argv[1:]:
+        print(step_costs())
+        return
     choices = [(field, drag) for drag in DRAGS for field in ("dipole", "cylinder")]
     print("| preset | " + " | ".join(f"{field}, {drag}" for field, drag in choices) + " |")
     print("|---" * (len(choices) + 1) + "|")
@@ -44,21 +49,27 @@ def main() -> None:
         histories = advance([chosen(name, field, DRAGS[drag]) for field, drag in wanted])
         cells = [outcome(history) for history in histories] + ["no walls"] * (len(choices) - len(wanted))
         print(f"| `{name}` | " + " | ".join(cells) + " |", flush=True)
-    seconds = {}
+    print(step_costs())
+
+
+def step_costs() -> str:
+    """Time of a step near floor and surface beside one in open water: least of interleaved repeats, process time."""
+    runs, seconds = {}, {}
     for drag in ("boundary", "boundary, near walls"):
         # far from the magnet's pull, level in the middle of a tank so deep that the run ends nowhere
-        run = chosen("nose-first/fig3c", "dipole", DRAGS[drag]).replaced(
+        runs[drag] = chosen("nose-first/fig3c", "dipole", DRAGS[drag]).replaced(
             {"workspace.floor": -0.5, "workspace.surface": 0.5, "run.duration": 600.0, "device.weight.net_weight": 1e-5}
         )
-        advance([run.replaced({"run.duration": 1.0})])
-        times = []
-        for _ in range(REPEATS):
+        advance([runs[drag].replaced({"run.duration": 1.0})])
+        seconds[drag] = math.inf
+    for _ in range(REPEATS):
+        for drag, run in runs.items():
             begun = time.process_time()
             (history,) = advance([run], threads=1)
-            times.append((time.process_time() - begun) / (history.steps + history.rejected))
-        seconds[drag] = min(times)
+            took = (time.process_time() - begun) / (history.steps + history.rejected)
+            seconds[drag] = min(seconds[drag], took)
     near, free = seconds["boundary, near walls"], seconds["boundary"]
-    print(f"a step near walls takes {near / free:.2f} times as long as in open water ({1e6 * free:.2f} us)")
+    return f"a step near walls takes {near / free:.2f} times as long as in open water ({1e6 * free:.2f} us)"
 
 
 if __name__ == "__main__":

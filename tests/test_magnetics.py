@@ -278,6 +278,23 @@ def test_two_magnets_are_the_sum_of_one_and_one(field):
     np.testing.assert_allclose(together, one + other, rtol=1e-13, atol=1e-19)
 
 
+def test_two_magnets_on_either_side_pull_nowhere_and_make_an_evener_field():
+    """What the paper says several RPMs are for (Fig. 1(B)): twice the field between them, evener, and no pull."""
+    from helimag.diagnosis.turn import over_a_turn
+
+    one = oracles.scenario_of(oracles.case(beta=0.0))
+    gap = one.drive.distance
+    magnet = one.magnet[0].model_dump(exclude_none=True)
+    pair = one.replaced({"magnet": [magnet, dict(magnet, offset=(0.0, 0.0, -2.0 * gap))]})
+    middle = np.array([0.0, 0.0, -gap])
+    places = middle + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.02], [0.0, 0.0, -0.02]])
+    (fields, forces), (alone, pulls) = over_a_turn(pair, places), over_a_turn(one, places)
+    np.testing.assert_allclose(fields[0], 2.0 * alone[0], rtol=1e-12)
+    assert np.abs(forces[0]).max() < 1e-12 * np.abs(pulls[0]).max()
+    strength, before = np.linalg.norm(fields, axis=2), np.linalg.norm(alone, axis=2)
+    assert (np.ptp(strength, axis=0) / strength[0] < 0.2 * np.ptp(before, axis=0) / before[0]).all()
+
+
 def test_magnets_with_phases_are_dipoles_turned_ahead():
     """Field and force over a turn, each magnet's moment ahead of the spin by its phase."""
     from helimag.diagnosis.turn import over_a_turn

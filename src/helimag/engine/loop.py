@@ -87,12 +87,13 @@ def build_attempt(system: System, method: Method) -> wp.Function:
             return LOCATING, dt, now, HALF * dt, state, here, k0, lag, RUNNING
         if least >= ZERO:
             kind = RUNNING
-        field, force = load(magnets, pose, head_position(new), moment_of(body, new))
-        following = wp.min(rescaled(dt, error), growth * step)
-        # surroundings as half way through the next step, if that goes on as this one went: second order in the step
-        share = HALF * wp.min(following, control.longest) / dt
+        # surroundings as half way through the next step, if that goes on as this one went: second order in the step;
+        # not asked for the step's length that follows from the error, so that a processor can do both at a time
+        share = HALF * wp.min(step, control.longest) / dt
         middle = head_position(new) + share * (head_position(new) - head_position(state))
         there = local(surroundings, middle, rotation_matrix(new))
+        following = wp.min(rescaled(dt, error), growth * step)
+        field, force = load(magnets, pose, head_position(new), moment_of(body, new))
         rates = balance(body, there, new, force, field)
         return TAKEN, dt, t, following, new, there, rates, lag_vector(field, new), kind
 

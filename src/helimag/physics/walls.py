@@ -1,7 +1,11 @@
-"""Drag near a floor or a surface: what they take from a device's mobility, looked up over gap and tilt.
+"""Drag near a floor or a surface: what they add to a device's mobility, looked up over gap and tilt.
 
 The tables are those of :class:`helimag.hydrodynamics.boundary.WallTable`, turned from resistance to mobility. They hold
-the device's *level frame*: the body frame rolled about the long axis until the lab's z axis lies in its x-z plane.
+the device's *level frame*: the body frame rolled about the long axis until the lab's z axis lies in its x-z plane. What
+is the same however the device rolls is kept apart from what leans towards the wall. The latter fades as the long axis
+turns upright: between the long axis and across like the cosine c of its tilt, across alone like c squared. The tables
+have it over c and c squared, and turning it back with c cos and c sin of the roll, which are two entries of the
+rotation as they stand, puts these in again: no root, no division, and nothing that breaks down where c is zero.
 """
 
 import warp as wp
@@ -15,41 +19,43 @@ THREE = wp.constant(wp.float64(3.0))
 FOUR = wp.constant(wp.float64(4.0))
 FIVE = wp.constant(wp.float64(5.0))
 ZERO = wp.constant(wp.float64(0.0))
-TINY = wp.constant(wp.float64(1e-12))
 
-Symmetric = wp.types.vector(length=21, dtype=wp.float64)  # the upper triangle of a symmetric 6x6, row by row
+# of a symmetric 6x6: ``EVEN`` entries, then ``LEANING`` ones, then three that are not used and fill a vector register
+Change = wp.types.vector(length=24, dtype=wp.float64)
+EVEN = ((0, 0), (0, 3), (1, 1), (1, 4), (1, 5), (3, 3), (4, 4))
+LEANING = ((0, 1), (0, 2), (0, 4), (0, 5), (1, 3), (2, 3), (3, 4), (3, 5))  # between the long axis and across
+LEANING += ((1, 1), (1, 2), (1, 4), (1, 5), (4, 4), (4, 5))  # across alone, where blocks are symmetric, without trace
 
 
 @wp.struct
 class WallGrid:
-    """One table; without nodes where there is no such wall."""
+    """A floor or surface and the device's table for it."""
 
+    place: wp.float64  # of the wall along z, lab frame, m
+    sense: wp.float64  # 1 where the water is above it, -1 where below
     middle: wp.float64  # place along x of the device's middle, m
     least: wp.float64  # gap, m
     low: wp.float64  # its logarithm
-    high: wp.float64  # and that of the largest
+    per_gap: wp.float64  # nodes over logarithm
     least_tilt: wp.float64  # rad
     turning: wp.float64  # tilt at which nose and tail are equally near, rad
-    most_tilt: wp.float64
+    per_tilt: wp.vec2d  # nodes per rad, below that and above
     reach: wp.array2d(dtype=wp.float64)  # (2, tilts + 2): how much nearer than the origin the nearest point is, m
-    changes: wp.array3d(dtype=Symmetric)  # (2, gaps + 2, tilts + 2): change of mobility times the middle's distance
+    changes: wp.array3d(dtype=Change)  # (2, gaps + 2, tilts + 2): change of mobility times the middle's distance
 
 
 @wp.struct
 class FloorAndSurface:
-    """Floor and surface of a run, lab frame."""
+    """Floor and surface of a run, as far as there are; an array, since it is handed on at every step."""
 
-    floor: wp.float64  # m
-    surface: wp.float64
-    near_floor: WallGrid
-    near_surface: WallGrid
+    grids: wp.array(dtype=WallGrid)
 
 
 @wp.struct
 class NearWalls:
-    """What walls take from the mobility at a place, in the level frame."""
+    """What walls add to the mobility at a place."""
 
-    change: wp.spatial_matrixd
+    change: Change
 
 
 @wp.func
@@ -64,32 +70,32 @@ def cubic_weights(t: wp.float64) -> wp.vec4d:
 
 
 @wp.func
-def place_on(value: wp.float64, low: wp.float64, high: wp.float64, nodes: int) -> wp.float64:
-    """Where a value lies on evenly spaced nodes from ``low`` to ``high``, in nodes from the first; inside."""
-    last = wp.float64(nodes - 1)
-    return wp.clamp((value - low) / (high - low) * last, ZERO, last)
+def place_on(value: wp.float64, low: wp.float64, density: wp.float64, nodes: int) -> wp.float64:
+    """Where a value lies on evenly spaced nodes from ``low`` on, in nodes from the first; inside."""
+    return wp.clamp((value - low) * density, ZERO, wp.float64(nodes - 1))
 
 
 @wp.func
-def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp.float64) -> Symmetric:
+def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp.float64) -> Change:
     """Change of mobility by a wall ``distance`` (m) from the origin, nose ``tilt`` (rad) away from it."""
     gaps = grid.changes.shape[1] - 2
     tilts = grid.changes.shape[2] - 2
     side = 0
-    at = place_on(tilt, grid.least_tilt, grid.turning, tilts)
+    first = grid.least_tilt
     if tilt > grid.turning:
         side = 1
-        at = place_on(tilt, grid.turning, grid.most_tilt, tilts)
+        first = grid.turning
+    at = place_on(tilt, first, grid.per_tilt[side], tilts)
     column = wp.min(int(at), tilts - 2)
     across = cubic_weights(at - wp.float64(column))
     reach = ZERO
     for c in range(4):
         reach += across[c] * grid.reach[side, column + c]
     gap = wp.max(distance - reach, grid.least)
-    height = place_on(wp.log(gap), grid.low, grid.high, gaps)
+    height = place_on(wp.log(gap), grid.low, grid.per_gap, gaps)
     row = wp.min(int(height), gaps - 2)
     along = cubic_weights(height - wp.float64(row)) * (ONE / (gap + reach + grid.middle * sine))
-    total = Symmetric()
+    total = Change()
     for r in range(4):
         for c in range(4):
             total += (along[r] * across[c]) * grid.changes[side, row + r, column + c]
@@ -97,31 +103,46 @@ def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp
 
 
 @wp.func
-def full_matrix(upper: Symmetric) -> wp.spatial_matrixd:
-    """A symmetric 6x6 from its upper triangle."""
-    matrix = wp.spatial_matrixd()
-    k = 0
-    for i in range(6):
-        for j in range(i, 6):
-            matrix[i, j] = upper[k]
-            matrix[j, i] = upper[k]
-            k += 1
-    return matrix
+def seen_walls(surroundings: FloorAndSurface, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
+    """What floor and surface together add to the mobility at a place: each as if the other were not there."""
+    sine = wp.clamp(rotation[2, 0], -ONE, ONE)
+    tilt = wp.asin(sine)
+    near = NearWalls()
+    for k in range(surroundings.grids.shape[0]):
+        grid = surroundings.grids[k]
+        near.change += change_near(grid, grid.sense * (position[2] - grid.place), grid.sense * tilt, grid.sense * sine)
+    return near
 
 
 @wp.func
-def seen_walls(surroundings: FloorAndSurface, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
-    """What floor and surface together take from the mobility at a place: each as if the other were not there."""
-    sine = wp.clamp(rotation[2, 0], -ONE, ONE)
-    tilt = wp.asin(sine)
-    change = Symmetric()
-    if surroundings.near_floor.changes.shape[1] > 0:
-        change += change_near(surroundings.near_floor, position[2] - surroundings.floor, tilt, sine)
-    if surroundings.near_surface.changes.shape[1] > 0:
-        change += change_near(surroundings.near_surface, surroundings.surface - position[2], -tilt, -sine)
-    near = NearWalls()
-    near.change = full_matrix(change)
-    return near
+def turned_back(e: Change, k: int, cosine: wp.float64, sine: wp.float64) -> wp.vec2d:
+    """The pair of entries from ``k`` on, a vector across the long axis, turned by minus an angle."""
+    return wp.vec2d(cosine * e[k] + sine * e[k + 1], cosine * e[k + 1] - sine * e[k])
+
+
+@wp.func
+def change_rolled(e: Change, cosine: wp.float64, sine: wp.float64) -> wp.spatial_matrixd:
+    """Change of mobility in the body frame, from the level frame at the roll of which these are c cos and c sin.
+
+    Entries between the long axis and across turn with the roll, those across alone that lean turn twice as far.
+    """
+    ff = turned_back(e, 7, cosine, sine)  # velocity along with forces across, velocity across with force along
+    ft = turned_back(e, 9, cosine, sine)  # velocity along with torques across
+    tf = turned_back(e, 11, cosine, sine)  # angular velocity along with forces across
+    tt = turned_back(e, 13, cosine, sine)
+    cosine_2 = cosine * cosine - sine * sine
+    sine_2 = TWO * cosine * sine
+    gg = turned_back(e, 15, cosine_2, sine_2)  # velocities and forces across
+    gh = turned_back(e, 17, cosine_2, sine_2)
+    hh = turned_back(e, 19, cosine_2, sine_2)
+    return wp.spatial_matrixd(
+        e[0], ff[0], ff[1], e[1], ft[0], ft[1],
+        ff[0], e[2] + gg[0], gg[1], tf[0], e[3] + gh[0], gh[1] + e[4],
+        ff[1], gg[1], e[2] - gg[0], tf[1], gh[1] - e[4], e[3] - gh[0],
+        e[1], tf[0], tf[1], e[5], tt[0], tt[1],
+        ft[0], e[3] + gh[0], gh[1] - e[4], tt[0], e[6] + hh[0], hh[1],
+        ft[1], gh[1] + e[4], e[3] - gh[0], tt[1], hh[1], e[6] - hh[0],
+    )  # fmt: skip
 
 
 @wp.func
@@ -129,25 +150,5 @@ def near_walls(
     body: Swimmer, here: NearWalls, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
 ) -> wp.spatial_vectord:
     """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, beside floor or surface."""
-    across = wp.sqrt(rotation[2, 1] * rotation[2, 1] + rotation[2, 2] * rotation[2, 2])
-    cosine = ONE
-    sine = ZERO
-    if across > TINY:
-        cosine = rotation[2, 2] / across
-        sine = rotation[2, 1] / across
-    level = here.change * wp.spatial_vectord(
-        load[0],
-        cosine * load[1] - sine * load[2],
-        sine * load[1] + cosine * load[2],
-        load[3],
-        cosine * load[4] - sine * load[5],
-        sine * load[4] + cosine * load[5],
-    )
-    return body.mobility * load + wp.spatial_vectord(
-        level[0],
-        cosine * level[1] + sine * level[2],
-        -sine * level[1] + cosine * level[2],
-        level[3],
-        cosine * level[4] + sine * level[5],
-        -sine * level[4] + cosine * level[5],
-    )
+    # symmetric: behind the vector its rows are read one by one
+    return load * (body.mobility + change_rolled(here.change, rotation[2, 2], rotation[2, 1]))
