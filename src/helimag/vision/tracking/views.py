@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 # of the noise that is fresh in every frame, what a film whose frames are predicted from one another adds all along, to
 # the head's end, the middle across, the tail's end and the half length across: what is left out of a frame depends on
 # how the device lies, so it returns with every turn; measured by benchmarks/film_errors.py
-RETURNING = np.array([0.6, 1.3, 1.1, 0.4])
+RETURNING = np.array([0.5, 1.2, 1.05, 0.3])
 
 
 class PreparedView(NamedTuple):
