@@ -1,6 +1,7 @@
 """The runs of one chunk: scenarios in, arrays out. What every engine calls, here or on another machine."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,11 +9,13 @@ from numpy.typing import NDArray
 from helimag.engine import History, advance
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason
+from helimag.runs.gain import judge
 from helimag.scenario import Scenario
 
 Rows = dict[str, NDArray[np.generic]]
 
 HASH_BYTES = 32
+AT_ONCE = 64  # runs of a chunk whose histories are held in memory
 
 # name: unit, meaning; one number a run
 SCALARS: dict[str, tuple[str, str]] = {
@@ -64,11 +67,18 @@ def compute(
     rows = empty_rows(len(scenarios), sample_times)
     _say(rows, slice(None), Reason.SCENARIO_REFUSED)
     valid = [(i, scenario) for i, scenario in enumerate(scenarios) if scenario is not None]
-    if valid:
-        histories = advance([scenario for _, scenario in valid], threads=threads, progress=progress)
-        for (i, _), history in zip(valid, histories, strict=True):
+    for begin in range(0, len(valid), AT_ONCE):
+        part = valid[begin : begin + AT_ONCE]
+        seen = None if progress is None else partial(_part_seen, progress, begin, len(part), len(valid))
+        histories = advance([scenario for _, scenario in part], threads=threads, progress=seen)
+        for (i, _), history in zip(part, histories, strict=True):
             _fill(rows, i, history)
     return rows
+
+
+def _part_seen(progress: Callable[[float], None], begin: int, count: int, total: int, done: float) -> None:
+    """Report the share of all runs that is done, from that of the ``count`` after the first ``begin``."""
+    progress((begin + done * count) / total)
 
 
 def _fill(rows: Rows, run: int, history: History) -> None:
@@ -84,15 +94,15 @@ def _fill(rows: Rows, run: int, history: History) -> None:
         _say(rows, run, Reason.NUMBERS_BROKE_DOWN)
         rows["end_time"][run] = history.time[-1]
         return
+    heights = history.heights
     try:
-        judgement = history.judge()
+        judgement = judge(heights)
     except InputError:
         return  # the scenario has no input: the device starts level with the magnet
     for name in SCALARS:
         if name != "height_change":
             value = getattr(judgement, name)
             rows[name][run] = np.nan if value is None else value
-    heights = history.heights
     rows["height_change"][run] = heights.mean[-1] - heights.mean[0]
     _say(rows, run, judgement.cause)
 
