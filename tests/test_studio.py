@@ -7,11 +7,14 @@ import re
 import zipfile
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 import browser
 import helimag as hm
+from fits import fit_of
+from helimag import calibration as cal
 
 missing = browser.lacking()
 pytestmark = pytest.mark.skipif(missing is not None, reason=str(missing))
@@ -268,11 +271,18 @@ def test_the_map_of_stability_has_its_exact_boundary(quick):
     assert int(quick.get_attribute(by("map"), "data-cells")) >= 81
 
 
+def hdf5_of_nothing():
+    content = io.BytesIO()
+    with h5py.File(content, "w"):
+        pass
+    return content.getvalue()
+
+
 def test_a_bad_file_is_refused_with_a_clear_message(page):
     files = {
         "upload-scenario": ("x.toml", b"name = <script>", "is not valid TOML"),
         "upload-run": ("x.nc", b"not netCDF", "cannot be read as netCDF"),
-        "upload-calibration": ("x.toml", b'[inputs]\n"fluid.viscosity" = 3', "texts with units"),
+        "upload-calibration": ("x.nc", hdf5_of_nothing(), "plan must hold the scenarios"),
     }
     for tab in ("compare", "ensemble"):
         page.click(by(f"tab-{tab}"))
@@ -312,7 +322,7 @@ def test_the_robot_programme_is_checked_and_downloads(page):
         assert archive.read("paper_fig3c.src").startswith(b"&ACCESS")
 
 
-def test_explain_and_ensemble_answer(quick):
+def test_explain_answers(quick):
     page = quick
     page.click(by("tab-explain"))
     page.click(by("explain-start"))
@@ -320,12 +330,28 @@ def test_explain_and_ensemble_answer(quick):
     longer = hm.simulate(QUICK.replaced({"drive.distance": "157.5 mm"}))
     assert f"157.5 mm: {longer.verdict}, gain {longer.gain:.3f}" in page.inner_text(by("effects"))
     pictured(page, "studio-explain")
+
+
+def test_probabilities_of_a_calibration(quick, tmp_path):
+    """As helimag.calibration predicts them; a fit of another device is told as such."""
+    page = quick
+    fit = fit_of(QUICK)
+    fit.save(tmp_path / "fit.nc")
     page.click(by("tab-ensemble"))
-    downloaded(page, lambda: page.click(by("ensemble-example")))
+    page.set_input_files(f"{by('upload-calibration')} input[type=file]", tmp_path / "fit.nc")
+    page.wait_for_selector("text=Calibration 'a fit': 20 samples of device.weight.net_weight, fluid.viscosity")
+    page.fill(by("error-displacement"), "0.2")
     page.click(by("ensemble-start"))
     page.wait_for_function(
         "() => document.querySelector('[data-testid=ensemble-status]').innerText.startsWith('of 64 copies')",
     )
+    found = cal.predict(QUICK, fit, noise=cal.Noise(displacement=0.2e-3), draws=64).runs
+    assert page.inner_text(by("ensemble-status")) == found.text
+    pictured(page, "studio-ensemble")
+    assert page.inner_text(by("ensemble-other")) == ""
+    typed(page, "device.helix.length", "12")
+    assert "of another device: device.helix.length differ" in page.inner_text(by("ensemble-other"))
+    assert page.inner_text(by("ensemble-status")) == "the inputs have changed since; run the copies again"
 
 
 def test_it_plays_and_scrubs(page):

@@ -347,7 +347,18 @@ def test_tables_of_other_programs_are_the_same_track(program: str, tmp_path: Pat
     ("text", "message"),
     [
         ("scorer,net,net,net\nbodyparts,head,head,head\ncoords,x,y,likelihood\n0,1,2,0.9\n1,1,2,0.9\n", "DeepLabCut"),
+        (
+            "scorer,net,net,net\nindividuals,a,a,a\nbodyparts,head,head,head\ncoords,x,y,likelihood\n0,1,2,0.9\n",
+            "DeepLabCut",
+        ),
         ("pt1_X,pt1_Y,pt1_Z\n1,2,3\n2,3,4\n", r"DLTdv \(x, y, z\)"),
+        ("time [s],x [m],y [m],z [m]\n0,1e300,0,0\n1,0,0,0\n", "line 2: x must be at most 100 m either way; got"),
+        ("time [s],x [m],y [m],z [m]\n0,1,0,0\n1,0,0,-150\n", "line 3: z must be at most 100 m"),
+        (
+            "time [s],x [m],y [m],z [m],x_sd [mm],y_sd [mm],z_sd [mm]\n0,1,0,0,1,-1,1\n1,0,0,0,1,1,1\n",
+            "line 2: y_sd must be not negative and at most 1 m; got '-1 mm'",
+        ),
+        ("time [s],x [m],y [m],z [m],attack_angle [deg]\n0,1,0,0,91\n1,0,0,0,1\n", "attack_angle must be at most 90"),
         ("pt1_cam1_X,pt1_cam1_Y\n1,2\n2,3\n", "DLTdv .places in the cameras' pictures"),
         (",mass_A,\nt (s),x (m),y (m)\n0,1,2\n1,1,2\n", "Tracker in a plane"),
         ("t,x,y,z\n0,1,2,3\n1,1,2,3\n", "Tracker without units"),

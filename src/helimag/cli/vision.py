@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
-from helimag.cli._shared import Json, check_target, print_json, progress_bar
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import check_folder, check_target, files_report, print_files
+from helimag.cli._shared import print_json, progress_bar
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,6 +33,7 @@ def render(
     bits: int = 8,
     boards: Annotated[bool, Parameter(negative="--no-boards")] = True,
     seed: int = 0,
+    common: Common = PLAIN,
 ) -> None:
     """Film a simulated run as two cameras would see it through the tank's walls, with the truth beside it.
 
@@ -42,8 +45,10 @@ def render(
         Folder for the films, truth.nc, true-rig.json, and the pictures of the board with calibration.toml.
     kind
         H.264, MJPEG, or folders of pictures.
-    start, duration
-        Part of the run to film. Default: all of it.
+    start
+        Of the part of the run to film.
+    duration
+        Of that part. Default: to the run's end.
     dropped
         Share of the frames that are lost.
     clock_offset
@@ -61,6 +66,7 @@ def render(
     seed
         Of the rig and of all that is random.
     """
+    check_folder(output)
     from helimag import quantities as q
     from helimag import vision
     from helimag.runs.trajectory import Trajectory
@@ -84,8 +90,11 @@ def render(
     if boards:
         with progress_bar("photographing the board") as progress:
             paths["calibration"] = vision.render_session(rig, output, seed=seed, progress=progress)
-    for name, path in paths.items():
-        print(f"{name:12s}{path}")
+    if common.json:
+        print_json({name: str(path) for name, path in paths.items()} | files_report(paths.values()))
+        return
+    print(f"{run.name} as {', '.join(paths)}")
+    print_files(paths.values())
 
 
 @app.command
@@ -94,7 +103,7 @@ def calibrate(
     *,
     output: Folder = Path("rig.json"),
     ignore_refraction: Annotated[bool, Parameter(negative="")] = False,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Calibrate two cameras and the walls that they look through from pictures of a board.
 
@@ -115,11 +124,11 @@ def calibrate(
     with progress_bar("calibrating") as progress:
         result = vision.calibrate(vision.Session.load(session), refraction=not ignore_refraction, progress=progress)
     result.rig.save(output)
-    if json:
+    if common.json:
         print_json({**result.report, "warnings": result.warnings})
         return
     _print_calibration(result.report)
-    print(f"written to  {output}")
+    print_files([output])
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
 
@@ -153,14 +162,16 @@ def track(
     rate: float | None = None,
     clock_offset: str | None = None,
     review: Path | None = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Track the device through two films and judge the run by the same code as a simulated one.
 
     Parameters
     ----------
-    first, second
-        The films of the rig's first and second camera: .mp4, .avi, or folders of PNG or TIFF pictures.
+    first
+        The film of the rig's first camera: .mp4, .avi, or a folder of PNG or TIFF pictures.
+    second
+        That of its second camera.
     rig
         What calibrate wrote.
     gap
@@ -201,11 +212,11 @@ def track(
     if review is not None:
         with progress_bar("drawing the clip") as progress:
             vision.review(run, first, second, calibrated, review, shape=shape, rate=rate, progress=progress)
-    _tell(run, output, json)
+    _tell(run, output, common.json)
 
 
 @app.command(name="import")
-def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), json: Json = False) -> None:
+def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), common: Common = PLAIN) -> None:
     """Make a trajectory of a track from another tool, and judge it.
 
     Parameters
@@ -224,9 +235,9 @@ def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), json
     check_target(output)
     run = import_track(track, initial_gap=q.parse(gap, q.LENGTH))
     run.save(output)
-    if not json:
+    if not common.json:
         print(run.dataset.attrs["source"])
-    _tell(run, output, json)
+    _tell(run, output, common.json)
 
 
 def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | None]:
@@ -268,6 +279,6 @@ def _tell(run: "Trajectory", output: Path, json: bool) -> None:
     print(f"  samples       {numbers['samples']}, {len(numbers['gaps'])} gaps, {lost:.2f} s together")
     for begin, until, reason in [gap for gap in numbers["gaps"] if gap[1] - gap[0] > 0.5][:8]:
         print(f"    gap         {begin:.2f} s to {until:.2f} s: {reason}")
-    print(f"  written to    {output}")
+    print_files([output])
     for warning in numbers["warnings"]:
         print(f"warning: {warning}", file=sys.stderr)

@@ -1,5 +1,6 @@
 """Runs under way: batches on threads, in launches short enough to report, to be stopped and to be gone on with."""
 
+import logging
 import math
 import os
 import threading
@@ -29,6 +30,7 @@ FIRST_BUDGET = 1000  # steps of a first launch
 RUNS_PER_BATCH = 8
 SHORT_RUNS_PER_BATCH = 64  # what a batch costs by itself would be most of a few short runs' time
 SHORT = 100.0  # turns of the magnet
+LOG = logging.getLogger(__name__)
 PATIENCE = 0.1  # s between looks at what is under way
 
 
@@ -134,6 +136,8 @@ def advancing(
         ready(build_advance(formulas, method), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
     workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
+    told = "1 run" if len(scenarios) == 1 else f"{len(scenarios)} runs"
+    LOG.info("%s of %.6g s in all by the method '%s' on %s, %d threads", told, total, method.name, device, workers)
     return _watched(Underway(total, jobs), jobs, Stepping(method, tolerance, device), workers)
 
 

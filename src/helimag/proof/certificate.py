@@ -200,7 +200,7 @@ def claims_of(
             return None
         theorem = theorem_of(tube, spans)
         widths = {path: Fraction(width) for path, width in within.items()}
-        clear = clearance(scenario, Swimming(Inputs(scenario, widths).constants()), tube, spans)
+        clear = clearance(Inputs(scenario, widths), tube, spans)
         narrow = deviations(tube, frame, [exact(theorem.share) * exact(r) for r in tube.radii])
         box, whole = (_leaning_too(tube, each) for each in (narrow, deviations(tube, frame, tube.radii)))
         entered = theorem.stability and not within and enters(tube, spans, tube.entry)

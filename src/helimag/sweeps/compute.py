@@ -1,15 +1,17 @@
 """The runs of one chunk: scenarios in, arrays out. What every engine calls, here or on another machine."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine import History, advance
+from helimag.engine import History, advance, start_state
+from helimag.ensembles import Devices
 from helimag.errors import InputError
-from helimag.outcomes import End, Reason
-from helimag.runs.gain import judge
+from helimag.outcomes import End, Reason, Verdict
+from helimag.runs import Heights, Judgement, judge
 from helimag.scenario import Scenario
 
 Rows = dict[str, NDArray[np.generic]]
@@ -34,21 +36,48 @@ SCALARS: dict[str, tuple[str, str]] = {
 }
 
 
-def empty_rows(count: int, sample_times: NDArray[np.float64] | None = None) -> Rows:
-    """Arrays of ``count`` runs that have not been computed."""
-    rows: Rows = {name: np.full(count, np.nan) for name in SCALARS}
+# of the devices that a point is run with
+PROBABILITIES = {f"probability_{verdict}".replace("-", "_"): verdict for verdict in Verdict if verdict.judged}
+SHARES = {"gain_p05": 0.05, "gain_p50": 0.5, "gain_p95": 0.95}
+SPREAD: dict[str, tuple[str, str]] = {
+    **{name: ("1", f"share of the devices whose verdict is {verdict}") for name, verdict in PROBABILITIES.items()},
+    "probability_inside": ("1", "share of the devices that are inside at the end of their runs, whatever comes then"),
+    "probability_failed": ("1", "share of the devices whose scenario is refused, or whose numbers broke down"),
+    **{name: ("1", f"{share:.0%} of the devices' gains lie below") for name, share in SHARES.items()},
+}
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is kept of each point: its state at times (s), and how the devices end that it is run with."""
+
+    times: NDArray[np.float64] | None = None
+    devices: Devices | None = None
+
+    @property
+    def scalars(self) -> dict[str, tuple[str, str]]:
+        """Unit and meaning of each number of a point."""
+        return SCALARS if self.devices is None else SCALARS | SPREAD
+
+
+NOTHING_MORE = Kept()
+
+
+def empty_rows(count: int, kept: Kept = NOTHING_MORE) -> Rows:
+    """Arrays of ``count`` points that have not been computed."""
+    rows: Rows = {name: np.full(count, np.nan) for name in kept.scalars}
     rows["verdict"] = np.zeros(count, np.int8)
     rows["reason"] = np.zeros(count, np.int8)
     rows["scenario_hash"] = np.zeros((count, HASH_BYTES), np.uint8)
-    if sample_times is not None:
-        rows["position"] = np.full((count, sample_times.size, 3), np.nan)
-        rows["quaternion"] = np.full((count, sample_times.size, 4), np.nan)
+    if kept.times is not None:
+        rows["position"] = np.full((count, kept.times.size, 3), np.nan)
+        rows["quaternion"] = np.full((count, kept.times.size, 4), np.nan)
     return rows
 
 
 def compute(
     scenarios: Sequence[Scenario | None],
-    sample_times: NDArray[np.float64] | None = None,
+    kept: Kept = NOTHING_MORE,
     *,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -58,27 +87,82 @@ def compute(
     Parameters
     ----------
     scenarios
-        One a run; None where the point made no valid scenario.
-    sample_times
-        (times,): when to keep the state (s), where trajectories are kept.
+        One a point; None where the point made no valid scenario.
+    kept
+        What to keep of each beside its judgement.
     threads, progress
         As for :func:`helimag.engine.advance`.
     """
-    rows = empty_rows(len(scenarios), sample_times)
+    rows = empty_rows(len(scenarios), kept)
     _say(rows, slice(None), Reason.SCENARIO_REFUSED)
     valid = [(i, scenario) for i, scenario in enumerate(scenarios) if scenario is not None]
-    for begin in range(0, len(valid), AT_ONCE):
-        part = valid[begin : begin + AT_ONCE]
+    count = max(1, AT_ONCE // (1 if kept.devices is None else 1 + len(kept.devices)))
+    for begin in range(0, len(valid), count):
+        part = valid[begin : begin + count]
         seen = None if progress is None else partial(_part_seen, progress, begin, len(part), len(valid))
-        histories = advance([scenario for _, scenario in part], threads=threads, progress=seen)
-        for (i, _), history in zip(part, histories, strict=True):
-            _fill(rows, i, history)
+        _compute_part(rows, part, kept, threads, seen)
     return rows
 
 
 def _part_seen(progress: Callable[[float], None], begin: int, count: int, total: int, done: float) -> None:
-    """Report the share of all runs that is done, from that of the ``count`` after the first ``begin``."""
+    """Report the share of all points that is done, from that of the ``count`` after the first ``begin``."""
     progress((begin + done * count) / total)
+
+
+def _compute_part(
+    rows: Rows,
+    valid: Sequence[tuple[int, Scenario]],
+    kept: Kept,
+    threads: int | None,
+    progress: Callable[[float], None] | None,
+) -> None:
+    """Run some points, and write their rows."""
+    copies = [_copies(scenario, kept.devices) for _, scenario in valid]
+    batch = [scenario for _, scenario in valid] + [copy for each in copies for copy, _ in each]
+    states = [start_state(scenario) for _, scenario in valid] + [state for each in copies for _, state in each]
+    histories = iter(advance(batch, initial_states=np.array(states), threads=threads, progress=progress))
+    for i, _ in valid:
+        _fill(rows, i, next(histories))
+    for (i, _), each in zip(valid, copies, strict=True):
+        if kept.devices is not None:
+            _fill_spread(rows, i, [next(histories) for _ in each], len(kept.devices))
+
+
+def _copies(scenario: Scenario, devices: Devices | None) -> list[tuple[Scenario, NDArray[np.float64]]]:
+    """A point with each of the devices, but for those that it cannot have, and the states that its runs begin in."""
+    made: list[tuple[Scenario, NDArray[np.float64]]] = []
+    if devices is None:
+        return made
+    for place in range(len(devices)):
+        try:
+            made.append(devices.copy(scenario, place))
+        except InputError:
+            continue  # counts as failed
+    return made
+
+
+def _fill_spread(rows: Rows, point: int, histories: Sequence[History], drawn: int) -> None:
+    """Write how the devices of a point ended; what did not run counts as failed."""
+    judged = [_judged(history.status, history.heights) for history in histories]
+    judgements = [judgement for judgement in judged if judgement is not None]
+    for name, verdict in PROBABILITIES.items():
+        rows[name][point] = sum(judgement.verdict is verdict for judgement in judgements) / drawn
+    rows["probability_inside"][point] = sum(judgement.verdict.inside for judgement in judgements) / drawn
+    rows["probability_failed"][point] = (drawn - len(judgements)) / drawn
+    if judgements:
+        gains = [judgement.gain for judgement in judgements]
+        for name, share in SHARES.items():
+            rows[name][point] = np.quantile(gains, share)
+
+
+def _judged(status: End, heights: Heights) -> Judgement | None:
+    """How a run is judged; None where its numbers broke down, or it has no input."""
+    if status is End.NOT_FINITE:
+        return None
+    try:
+        return judge(heights)
+    except InputError:
+        return None
 
 
 def _fill(rows: Rows, run: int, history: History) -> None:
@@ -95,9 +179,8 @@ def _fill(rows: Rows, run: int, history: History) -> None:
         rows["end_time"][run] = history.time[-1]
         return
     heights = history.heights
-    try:
-        judgement = judge(heights)
-    except InputError:
+    judgement = _judged(history.status, heights)
+    if judgement is None:
         return  # the scenario has no input: the device starts level with the magnet
     for name in SCALARS:
         if name != "height_change":

@@ -14,7 +14,7 @@ import numpy as np
 from helimag.errors import InputError
 from helimag.scenario import Scenario
 from helimag.sweeps.boundary import start_points
-from helimag.sweeps.compute import compute, empty_rows
+from helimag.sweeps.compute import Kept, compute, empty_rows
 from helimag.sweeps.engines import Job, Threads
 from helimag.sweeps.plan import Plan, load_plan
 from helimag.sweeps.resolved import ResolvedPlan, Value, resolve
@@ -72,14 +72,15 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
         took = making + _seconds(made, resolved, cores)
         each, count, whole = took / len(made), len(made), True
     size, writing = _store(resolved)
-    return Estimate(resolved.size, each * resolved.size + writing, size, count, took, whole)
+    runs = count * resolved.runs_each
+    return Estimate(resolved.runs, each * resolved.size + writing, size, runs, took, whole)
 
 
 def _seconds(made: Sequence[Scenario | None], resolved: ResolvedPlan, cores: int) -> float:
     """How long runs take (s), as many at once as in the sweep."""
     jobs: list[Job] = [(core, partial(list, made[core::cores])) for core in range(min(cores, len(made)))]
     begun = time.perf_counter()
-    for _ in Threads(cores).results(jobs, sample_times(resolved), lambda _: None):
+    for _ in Threads(cores).results(jobs, Kept(sample_times(resolved), resolved.devices), lambda _: None):
         pass
     return time.perf_counter() - begun
 
@@ -94,7 +95,7 @@ def _spread_points(resolved: ResolvedPlan, count: int) -> list[dict[str, Value]]
 
 def _store(resolved: ResolvedPlan) -> tuple[int, float]:
     """Bytes of the finished store on disk, and how long it takes to write (s): two chunks of noise are written."""
-    times = sample_times(resolved)
+    kept = Kept(sample_times(resolved), resolved.devices)
     noise = np.random.default_rng(0)
     sizes, clocks = [], [time.perf_counter()]
     with tempfile.TemporaryDirectory() as folder:
@@ -103,7 +104,7 @@ def _store(resolved: ResolvedPlan) -> tuple[int, float]:
             clocks.append(time.perf_counter())
             for chunk in range(min(2, len(resolved.chunks))):
                 count = math.prod(resolved.extent(chunk))
-                rows = empty_rows(count, times)
+                rows = empty_rows(count, kept)
                 for name, values in rows.items():
                     if values.dtype == np.float64:
                         rows[name] = noise.normal(size=values.shape)

@@ -23,15 +23,24 @@ export function sized(canvas, width, height) {
   return pen;
 }
 
+// the page's colours, asked for once: the browser would work out all its styles anew at each asking
+const colours = new Map();
+const listeners = new Set();
+
 export function colour(name) {
-  return getComputedStyle(document.body).getPropertyValue("--hs-" + name).trim();
+  if (!colours.has(name)) colours.set(name, getComputedStyle(document.body).getPropertyValue("--hs-" + name).trim());
+  return colours.get(name);
 }
 
 // calls back whenever the page changes between dark and light
 export function on_theme(callback) {
-  const observer = new MutationObserver(callback);
-  observer.observe(document.body, { attributes: true, attributeFilter: ["class"] });
-  return () => observer.disconnect();
+  listeners.add(callback);
+  return () => listeners.delete(callback);
 }
+
+new MutationObserver(() => {
+  colours.clear();
+  for (const listener of listeners) listener();
+}).observe(document.body, { attributes: true, attributeFilter: ["class"] });
 
 export const FONT = "11px Roboto, 'Helvetica Neue', sans-serif";
