@@ -7,6 +7,7 @@ DEMO := $(VENV)/.demo
 STAMP := $(VENV)/.stamp
 
 OLDEST := .venv-oldest
+BENCH := .venv-bench
 # what meets the dependencies most: files, units, drag, fields, one run, sweeps and their stores, figures, programmes, rays
 CORE := $(addprefix tests/test_,$(addsuffix .py,scenario files gain hydrodynamics magnetics cli_errors sweep_plans \
     sweep_plots plots robot_krl vision_refraction))
@@ -59,7 +60,22 @@ lint: $(STAMP)
 docs: $(STAMP)
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 
-bench: $(STAMP)
+# helimag beside other codes, in an environment of their own; some ten minutes
+bench: $(BENCH)/.stamp
+	$(BENCH)/bin/python benchmarks/peers
+	$(BENCH)/bin/python benchmarks/peers/figure.py benchmarks/results/peers.png
+
+$(BENCH)/.stamp: requirements/bench.txt requirements/bench-fortran.txt pyproject.toml
+	$(PYTHON) -m venv $(BENCH)
+	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/bench.txt
+	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
+	    -r requirements/bench-fortran.txt > $(BENCH)/numbalsoda.log 2>&1 || \
+	    echo "numbalsoda is left out: it could not be built, mostly for want of a Fortran compiler ($(BENCH)/numbalsoda.log)"
+	@touch $@
+
+# every measurement that the documentation cites; hours
+measurements: $(STAMP)
 	for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 # the pictures of the gallery, by the commands that it shows: look at them before they are committed
@@ -74,12 +90,18 @@ pictures: $(STAMP)
 # with the oldest opens it
 lock:
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
-	    --all-extras --group test --group docs --group bench --group build pyproject.toml -o requirements/all.txt
+	    --all-extras --group test --group docs --group build pyproject.toml -o requirements/all.txt
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
 	    --extra plots --group build -c requirements/all.txt pyproject.toml -o requirements/demo.txt
 	uv pip compile --resolution lowest-direct --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	    --quiet --extra plots --extra sweeps --extra cluster --extra robot --extra vision \
 	    --group oldest --group build pyproject.toml -o requirements/oldest.txt
 
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
+	    --extra plots --extra sweeps --group bench --group build -c requirements/all.txt pyproject.toml \
+	    -o requirements/bench.txt
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet --no-deps \
+	    --group bench-fortran -o requirements/bench-fortran.txt
+
 clean:
-	rm -rf $(VENV) $(OLDEST) out docs/_build
+	rm -rf $(VENV) $(OLDEST) $(BENCH) out docs/_build

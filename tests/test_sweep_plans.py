@@ -71,8 +71,41 @@ def test_chunks_cover_every_run_once(shape):
     seen = np.zeros(shape, int)
     for chunk in range(len(design.chunks)):
         seen[design.block(chunk)] += 1
-        assert math.prod(design.extent(chunk)) <= 64
+        assert math.prod(design.extent(chunk)) <= max(8, math.prod(shape) // 16)
     assert np.all(seen == 1)
+
+
+@pytest.mark.parametrize(
+    ("duration", "count", "runs", "chunks"),
+    [("1800 s", 10_000, 60, 167), ("1 s", 10_000, 590, 17), ("1800 s", 10**6, 4000, 250)],
+)
+def test_chunks_grow_with_the_sweep_and_where_runs_are_short(duration, count, runs, chunks):
+    """In half-hour runs a kill costs 64 at most; a million runs lie in some hundred chunks: reopening reads each."""
+    frequency = Axis(field="drive.frequency", start="1 Hz", stop="2 Hz", count=count // 10)
+    pitch = Axis(field="drive.pitch", start="1 deg", stop="2 deg", count=10)
+    design = resolve(plan(frequency, pitch).model_copy(update={"duration": duration}))
+    assert (math.prod(design.chunk_shape), len(design.chunks)) == (runs, chunks)
+
+
+def test_trajectories_keep_chunks_small():
+    """What a chunk of a large sweep holds stays within 64 MiB."""
+    axis = Axis(field="drive.frequency", start="1 Hz", stop="2 Hz", count=500_000)
+    design = resolve(plan(axis, trajectory="0.1 s"))
+    assert 0.9 * 2**26 < math.prod(design.chunk_shape) * 1001 * 56 <= 2**26
+
+
+def test_spread_points_are_runs_of_the_plan_each_once_and_the_corners_where_asked():
+    axes = [Axis(field=f"drive.{name}", start=f"1 {unit}", stop=f"2 {unit}", count=50)
+            for name, unit in (("frequency", "Hz"), ("pitch", "deg"))]  # fmt: skip
+    design = resolve(plan(*axes))
+    every = {tuple(point.values()) for point in all_points(design)}
+    some = [tuple(point.values()) for point in design.spread(100)]
+    assert len(set(some)) == len(some) == 100
+    assert set(some) <= every
+    frequencies, pitches = (axis.values for axis in design.axes)
+    corners = {(f, p) for f in (frequencies[0], frequencies[-1]) for p in (pitches[0], pitches[-1])}
+    assert corners <= {tuple(point.values()) for point in design.spread(100, corners=True)}
+    assert {tuple(point.values()) for point in design.spread(10**6)} == every
 
 
 def test_zipped_axes_move_together_and_cross_with_the_others():

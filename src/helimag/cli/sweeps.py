@@ -128,10 +128,11 @@ def _print_estimate(estimate: Any, json: bool) -> None:
     if json:
         print_json({"runs": estimate.runs, "seconds": estimate.seconds, "bytes": estimate.bytes})
         return
+    tried = f"{estimate.trial_runs} of them" if estimate.whole else f"{estimate.trial_runs} short runs"
     print(
         f"{estimate.runs} runs; about {_clock(estimate.seconds)} on this machine and {estimate.bytes / 1e6:.1f} MB on "
-        f"disk, from a trial of {estimate.trial_runs} short runs ({estimate.trial_seconds:.2f} s); "
-        "runs that end early take less"
+        f"disk, from a trial of {tried} ({estimate.trial_seconds:.2f} s)"
+        + ("" if estimate.whole else "; runs that end early take less")
     )
 
 

@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 LAUNCH_SECONDS = 0.1  # how long a launch may take before the host gets a word in
 FIRST_BUDGET = 1000  # steps of a first launch
 RUNS_PER_BATCH = 8
+SHORT_RUNS_PER_BATCH = 64  # what a batch costs by itself would be most of a few short runs' time
+SHORT = 100.0  # turns of the magnet
 LOG = logging.getLogger(__name__)
 PATIENCE = 0.1  # s between looks at what is under way
 
@@ -209,7 +211,7 @@ def _jobs(
     kinds: dict[System, list[int]] = {}
     for place, system in enumerate(systems):
         kinds.setdefault(system, []).append(place)
-    size = RUNS_PER_BATCH if device == "cpu" else len(scenarios)
+    size = _batch_size(scenarios) if device == "cpu" else len(scenarios)
     jobs = []
     for system, places in kinds.items():
         for begin in range(0, len(places), size):
@@ -224,6 +226,12 @@ def _jobs(
             memories = [{} if history is None else history.memory for history in known]
             jobs.append(_Job(system, part, batch, progress, records, memories))
     return jobs
+
+
+def _batch_size(scenarios: Sequence[Scenario]) -> int:
+    """How many runs a launch takes on a CPU; results do not depend on it."""
+    turns = math.fsum(abs(scenario.drive.frequency) * scenario.run.duration for scenario in scenarios)
+    return SHORT_RUNS_PER_BATCH if turns < SHORT * len(scenarios) else RUNS_PER_BATCH
 
 
 def _checked_states(scenarios: Sequence[Scenario], given: Floats | None) -> Floats:

@@ -6,6 +6,7 @@ R. Hill and G. Power, Q. J. Mech. Appl. Math. 9 (1956) 313. A resistance that ex
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,7 @@ def moved(matrix: Floats, place: Floats) -> Floats:
     return about
 
 
+@lru_cache(maxsize=64)  # sweeps change drives more often than devices
 def enclosing_spheroid(device: Device) -> tuple[float, float, float]:
     """Centre along x, semi-axis along x and semi-axis across (m) of a spheroid that holds helix and head."""
     x, r = _profile(device)

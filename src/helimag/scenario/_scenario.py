@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
@@ -130,7 +131,10 @@ class Scenario(Part):
         Traceback (most recent call last):
         helimag.errors.InputError: drive.pitch must be an angle such as '12.7 deg'; got '15', which has no unit
         """
-        data = self.model_dump(mode="python")
+        # parts that keep their values are handed on as they are: neither written out nor checked again
+        touched = {path.partition(".")[0] for path in changes} & Scenario.model_fields.keys()
+        data = {name: getattr(self, name) for name in Scenario.model_fields}
+        data |= self.model_dump(mode="python", include=touched)
         marks = data["provenance"].items()
         data["provenance"] = {key: mark for key, mark in marks if not any(_overlap(key, path) for path in changes)}
         for path, value in changes.items():
@@ -186,6 +190,7 @@ def _without_none(value: Any) -> Any:
     return value
 
 
+@lru_cache(maxsize=4096)  # the same marks and paths for every run of a sweep
 def _overlap(one: str, other: str) -> bool:
     """Whether one of two dotted paths lies within the other, so that a mark on the one speaks of the other.
 

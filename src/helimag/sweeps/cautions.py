@@ -1,7 +1,6 @@
-"""What does not hold over the points of a sweep, for its store."""
+"""What does not hold over the points of a sweep, for its store; of large ones a part is looked at, corners first."""
 
 from collections.abc import Iterator
-from itertools import chain
 
 import numpy as np
 
@@ -10,9 +9,11 @@ from helimag.checks import Caution, cautions
 from helimag.sweeps.boundary import start_points
 from helimag.sweeps.resolved import ResolvedPlan, Value
 
+MOST_CHECKED = 500  # runs: each takes some milliseconds
+
 
 def sweep_cautions(resolved: ResolvedPlan) -> list[Caution]:
-    """Checks of every run of a plan, grouped; of the coarse grid only, where points are chosen on the way."""
+    """Checks of a plan's runs, grouped, up to ``MOST_CHECKED``; of the coarse grid, where points are chosen later."""
     from helimag.sweeps.rounds import scenarios
 
     points = list(_points(resolved))
@@ -23,7 +24,7 @@ def sweep_cautions(resolved: ResolvedPlan) -> list[Caution]:
 def _points(resolved: ResolvedPlan) -> Iterator[dict[str, Value]]:
     wanted = resolved.plan.boundary
     if wanted is None:
-        yield from chain.from_iterable(resolved.points(chunk) for chunk in range(len(resolved.chunks)))
+        yield from resolved.spread(MOST_CHECKED, corners=True)
         return
     low, high = (np.array([axis.bounds[i] for axis in resolved.axes if axis.bounds]) for i in (0, 1))
     first, second = (axis.count or 2 for axis in resolved.plan.axis)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,13 @@ from helimag.engine import History, advance, start_state
 from helimag.ensembles import Devices
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
-from helimag.runs import Judgement
+from helimag.runs import Heights, Judgement, judge
 from helimag.scenario import Scenario
 
 Rows = dict[str, NDArray[np.generic]]
 
 HASH_BYTES = 32
+AT_ONCE = 64  # runs of a chunk whose histories are held in memory
 
 # name: unit, meaning; one number a run
 SCALARS: dict[str, tuple[str, str]] = {
@@ -94,8 +96,27 @@ def compute(
     rows = empty_rows(len(scenarios), kept)
     _say(rows, slice(None), Reason.SCENARIO_REFUSED)
     valid = [(i, scenario) for i, scenario in enumerate(scenarios) if scenario is not None]
-    if not valid:
-        return rows
+    count = max(1, AT_ONCE // (1 if kept.devices is None else 1 + len(kept.devices)))
+    for begin in range(0, len(valid), count):
+        part = valid[begin : begin + count]
+        seen = None if progress is None else partial(_part_seen, progress, begin, len(part), len(valid))
+        _compute_part(rows, part, kept, threads, seen)
+    return rows
+
+
+def _part_seen(progress: Callable[[float], None], begin: int, count: int, total: int, done: float) -> None:
+    """Report the share of all points that is done, from that of the ``count`` after the first ``begin``."""
+    progress((begin + done * count) / total)
+
+
+def _compute_part(
+    rows: Rows,
+    valid: Sequence[tuple[int, Scenario]],
+    kept: Kept,
+    threads: int | None,
+    progress: Callable[[float], None] | None,
+) -> None:
+    """Run some points, and write their rows."""
     copies = [_copies(scenario, kept.devices) for _, scenario in valid]
     batch = [scenario for _, scenario in valid] + [copy for each in copies for copy, _ in each]
     states = [start_state(scenario) for _, scenario in valid] + [state for each in copies for _, state in each]
@@ -105,7 +126,6 @@ def compute(
     for (i, _), each in zip(valid, copies, strict=True):
         if kept.devices is not None:
             _fill_spread(rows, i, [next(histories) for _ in each], len(kept.devices))
-    return rows
 
 
 def _copies(scenario: Scenario, devices: Devices | None) -> list[tuple[Scenario, NDArray[np.float64]]]:
@@ -123,7 +143,8 @@ def _copies(scenario: Scenario, devices: Devices | None) -> list[tuple[Scenario,
 
 def _fill_spread(rows: Rows, point: int, histories: Sequence[History], drawn: int) -> None:
     """Write how the devices of a point ended; what did not run counts as failed."""
-    judgements = [judgement for history in histories if (judgement := _judged(history)) is not None]
+    judged = [_judged(history.status, history.heights) for history in histories]
+    judgements = [judgement for judgement in judged if judgement is not None]
     for name, verdict in PROBABILITIES.items():
         rows[name][point] = sum(judgement.verdict is verdict for judgement in judgements) / drawn
     rows["probability_inside"][point] = sum(judgement.verdict.inside for judgement in judgements) / drawn
@@ -134,12 +155,12 @@ def _fill_spread(rows: Rows, point: int, histories: Sequence[History], drawn: in
             rows[name][point] = np.quantile(gains, share)
 
 
-def _judged(history: History) -> Judgement | None:
+def _judged(status: End, heights: Heights) -> Judgement | None:
     """How a run is judged; None where its numbers broke down, or it has no input."""
-    if history.status is End.NOT_FINITE:
+    if status is End.NOT_FINITE:
         return None
     try:
-        return history.judge()
+        return judge(heights)
     except InputError:
         return None
 
@@ -157,14 +178,14 @@ def _fill(rows: Rows, run: int, history: History) -> None:
         _say(rows, run, Reason.NUMBERS_BROKE_DOWN)
         rows["end_time"][run] = history.time[-1]
         return
-    judgement = _judged(history)
+    heights = history.heights
+    judgement = _judged(history.status, heights)
     if judgement is None:
         return  # the scenario has no input: the device starts level with the magnet
     for name in SCALARS:
         if name != "height_change":
             value = getattr(judgement, name)
             rows[name][run] = np.nan if value is None else value
-    heights = history.heights
     rows["height_change"][run] = heights.mean[-1] - heights.mean[0]
     _say(rows, run, judgement.cause)
 

@@ -20,9 +20,11 @@ from helimag.sweeps.plan import Axis, EnsembleTable, Plan
 Floats = NDArray[np.float64]
 Value = float | str
 
-LARGEST_CHUNK = 64  # runs: what a kill may cost, and what is held in memory at once for each worker
-SMALLEST_CHUNK = 8
-MOST_RUNS = 1_000_000  # of one sweep: days of a large machine, and a store of a hundred thousands of files
+SMALLEST_CHUNK, USUAL_CHUNK, LARGEST_CHUNK = 8, 64, 4096  # runs: what a kill may cost
+USUAL_TURNS = 6000.0  # of the magnet in a run, half an hour: where runs are shorter, a chunk holds more of them
+MANY_CHUNKS = 250  # beyond which chunks grow with the sweep: each is a file of every variable, looked at when reopened
+LARGEST_TRAJECTORIES = 2**26  # bytes of a chunk larger than usual, which each worker holds in memory
+MOST_RUNS = 1_000_000  # of one sweep: days of a large machine
 MOST_SAMPLES = 10**9  # of all trajectories that a store keeps; 56 GB
 CHUNKS = 16  # aimed at, so that a small sweep uses several cores too
 
@@ -44,6 +46,7 @@ class ResolvedPlan:
     """All points of a sweep: ``shape`` gives the length of each dimension.
 
     With ``devices``, the base has the likeliest one, and each point is run with that and with every one that was drawn.
+    ``chunking`` is the shape of the chunks of a store that is there already, which may have been made by other rules.
     """
 
     plan: Plan
@@ -51,6 +54,7 @@ class ResolvedPlan:
     axes: tuple[ResolvedAxis, ...]
     shape: dict[str, int]
     devices: Devices | None = None
+    chunking: tuple[int, ...] | None = None
 
     @property
     def size(self) -> int:
@@ -69,16 +73,43 @@ class ResolvedPlan:
 
     @cached_property
     def chunk_shape(self) -> tuple[int, ...]:
-        """Points of a chunk along each dimension: whole rows as far as they fit."""
-        left = SMALLEST_CHUNK
-        if self.plan.boundary is None:
-            left = min(LARGEST_CHUNK, max(SMALLEST_CHUNK, self.runs // CHUNKS))
-        left = max(1, left // self.runs_each)
-        lengths = []
+        """Points of a chunk along each dimension: whole rows as far as they fit, or even parts of one."""
+        if self.chunking is not None:
+            return self.chunking
+        left, lengths = max(1, self._runs_of_a_chunk() // self.runs_each), []
         for length in reversed(self.shape.values()):
-            lengths.append(max(1, min(length, left)))
+            parts = math.ceil(length / max(1, min(length, left)))
+            lengths.append(math.ceil(length / parts))  # even, rather than full ones and a rest
             left //= lengths[-1]
         return tuple(reversed(lengths))
+
+    def _runs_of_a_chunk(self) -> int:
+        if self.plan.boundary is not None:
+            return SMALLEST_CHUNK
+        turns = max(1.0, abs(self.base.drive.frequency) * self.longest)
+        most = max(USUAL_CHUNK, min(LARGEST_CHUNK, int(USUAL_CHUNK * USUAL_TURNS / turns)))
+        runs = max(SMALLEST_CHUNK, min(most, self.runs // CHUNKS), math.ceil(self.runs / MANY_CHUNKS))
+        if self.plan.trajectory is None:
+            return runs
+        kept = 56.0 * (self.longest / self.plan.trajectory + 1.0)  # bytes a point: places and quaternions
+        return min(runs, max(USUAL_CHUNK, int(LARGEST_TRAJECTORIES / kept) * self.runs_each))
+
+    @property
+    def longest(self) -> float:
+        """Longest duration of a run (s)."""
+        swept = [float(v) for axis in self.axes if axis.field == "run.duration" for v in axis.values]
+        return max([self.base.run.duration, *swept])
+
+    def spread(self, count: int, *, corners: bool = False) -> Iterator[dict[str, Value]]:
+        """Values of the axes at up to ``count`` runs all over a plan on a grid or of samples, always the same ones."""
+        names, lengths = list(self.shape), list(self.shape.values())
+        chosen = np.random.default_rng(0).permutation(self.size)[:count].tolist()
+        if corners and self.size > count:
+            ends = zip(*product(*({0, length - 1} for length in lengths)), strict=True)
+            chosen = [*np.ravel_multi_index(tuple(ends), lengths).tolist(), *chosen][:count]
+        for place in sorted(set(chosen)):
+            at = dict(zip(names, np.unravel_index(place, lengths), strict=True))
+            yield {axis.field: axis.values[at[axis.dimension]] for axis in self.axes}
 
     @cached_property
     def chunks(self) -> list[tuple[int, ...]]:

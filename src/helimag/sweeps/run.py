@@ -85,6 +85,7 @@ def sweep(
         # a scheduler that does not answer must not leave a store behind that nothing was computed for
         where = None if place.exists() else opened.enter_context(engine(scheduler, threads))
         store = opened.enter_context(Store.opened(place, resolved))
+        resolved = store.resolved
         state = SweepProgress(total=resolved.runs)
         for chunk in sorted(store.done):
             _count(state, np.asarray(store.read(chunk, "verdict")), resolved.runs_each)

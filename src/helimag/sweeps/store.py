@@ -13,6 +13,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -72,8 +73,8 @@ class Store:
             _create(path, resolved)
         check_same_plan(path, resolved)
         with _locked(path):
-            store = cls(path, resolved)
-            if len(store.done) < len(resolved.chunks):
+            store = cls(path, replace(resolved, chunking=_chunking(path, resolved)))
+            if len(store.done) < len(store.resolved.chunks):
                 _check_writable(path)
                 for rest in path.rglob(UNFINISHED):
                     rest.unlink()
@@ -125,6 +126,18 @@ class Store:
         return chunk_file(self.path, name, self.resolved, chunk)
 
 
+def _chunking(path: Path, resolved: ResolvedPlan) -> tuple[int, ...]:
+    """Runs of a chunk of a store along each dimension."""
+    try:
+        head = json.loads((path / "verdict" / "zarr.json").read_text(encoding="utf-8"))
+        found = tuple(int(size) for size in head["chunk_grid"]["configuration"]["chunk_shape"])
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise FileError(f"{path / 'verdict' / 'zarr.json'} is damaged: {error}") from None
+    if len(found) != len(resolved.shape) or min(found) < 1:
+        raise FileError(f"{path / 'verdict' / 'zarr.json'} is damaged: its chunks do not lie along the plan's axes")
+    return found
+
+
 def chunk_file(path: Path, name: str, resolved: ResolvedPlan, chunk: int) -> Path:
     """Where zarr keeps a chunk of a variable."""
     if name == CHECKSUM:
@@ -147,13 +160,8 @@ def sample_times(resolved: ResolvedPlan) -> NDArray[np.float64] | None:
     interval: float | None = resolved.plan.trajectory
     if interval is None:
         return None
-    last = max([resolved.base.run.duration, *_durations(resolved)])
-    times = np.arange(math.floor(last / interval * (1.0 + 1e-12)) + 1) * interval
+    times = np.arange(math.floor(resolved.longest / interval * (1.0 + 1e-12)) + 1) * interval
     return np.asarray(times, dtype=np.float64)
-
-
-def _durations(resolved: ResolvedPlan) -> list[float]:
-    return [float(v) for axis in resolved.axes if axis.field == "run.duration" for v in axis.values]
 
 
 def variables(resolved: ResolvedPlan) -> dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]]:

@@ -1,40 +1,49 @@
-"""What a sweep will take, measured by a short trial."""
+"""What a sweep will take, measured by a short trial: some of its runs, and an empty store with two chunks of noise."""
 
 import math
 import os
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from helimag.errors import InputError
+from helimag.scenario import Scenario
 from helimag.sweeps.boundary import start_points
 from helimag.sweeps.compute import Kept, compute, empty_rows
+from helimag.sweeps.engines import Job, Threads
 from helimag.sweeps.plan import Plan, load_plan
 from helimag.sweeps.resolved import ResolvedPlan, Value, resolve
 from helimag.sweeps.rounds import check_first, scenarios
 from helimag.sweeps.store import Store, check_names, sample_times
 
-TRIAL_RUNS = 8
-TRIAL_SHARE = 0.05  # of the duration, but at least ...
-TRIAL_SECONDS = 60.0  # ... this long, as far as the runs are
+FEWEST_RUNS, MOST_RUNS = 8, 400  # of a trial
+TRIAL_SECONDS = 3.0  # of whole runs, where so many can be made
+SHORT_SHARE = 0.05  # of the duration of a run that is only begun, but at least ...
+SHORT_SECONDS = 60.0  # ... this long, as far as the runs are
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a sweep will take: runs, seconds and bytes, both extrapolated from a trial."""
+    """What a sweep will take: runs, seconds and bytes, from a trial of some runs, ``whole`` or only begun."""
 
     runs: int
     seconds: float
     bytes: int
     trial_runs: int
     trial_seconds: float
+    whole: bool
 
 
 def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate:
-    """Measure a few runs for a twentieth of their duration, and extrapolate. Runs that end early take less.
+    """Make some runs of a sweep as it would, and extrapolate to all.
+
+    Whole runs, where a few seconds suffice for :data:`FEWEST_RUNS`; otherwise these are begun for a twentieth of their
+    duration, and ends before their time, which make runs cheaper, are not seen.
 
     Raises
     ------
@@ -45,19 +54,35 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     check_names(resolved)
     check_first(resolved)
     cores = threads or os.cpu_count() or 1
-    points = _spread_points(resolved, max(TRIAL_RUNS, cores))
-    valid = [scenario for scenario in scenarios(resolved, points) if scenario is not None]
+    first = scenarios(resolved, _spread_points(resolved, max(FEWEST_RUNS, cores)))
+    valid = [scenario for scenario in first if scenario is not None]
     if not valid:
         raise InputError("none of the plan's points that were tried makes a valid scenario")
     lengths = [scenario.run.duration for scenario in valid]
-    trials = [min(length, max(TRIAL_SECONDS, TRIAL_SHARE * length)) for length in lengths]
+    trials = [min(length, max(SHORT_SECONDS, SHORT_SHARE * length)) for length in lengths]
     short = [scenario.replaced({"run.duration": trial}) for scenario, trial in zip(valid, trials, strict=True)]
     compute(short[:1], threads=1)  # compiles where that is still to be done
+    took = _seconds(short, resolved, cores)
+    each, count, whole = took * math.fsum(lengths) / math.fsum(trials) / len(first), len(short), False
+    if each * min(FEWEST_RUNS, resolved.size) <= TRIAL_SECONDS:
+        points = _spread_points(resolved, min(MOST_RUNS, max(len(first), int(TRIAL_SECONDS / each))))
+        begun = time.perf_counter()
+        made = scenarios(resolved, points)
+        making = time.perf_counter() - begun
+        took = making + _seconds(made, resolved, cores)
+        each, count, whole = took / len(made), len(made), True
+    size, writing = _store(resolved)
+    runs = count * resolved.runs_each
+    return Estimate(resolved.runs, each * resolved.size + writing, size, runs, took, whole)
+
+
+def _seconds(made: Sequence[Scenario | None], resolved: ResolvedPlan, cores: int) -> float:
+    """How long runs take (s), as many at once as in the sweep."""
+    jobs: list[Job] = [(core, partial(list, made[core::cores])) for core in range(min(cores, len(made)))]
     begun = time.perf_counter()
-    compute(short, threads=1)
-    took = time.perf_counter() - begun
-    seconds = took * math.fsum(lengths) / math.fsum(trials) / len(valid) * resolved.runs / min(cores, resolved.runs)
-    return Estimate(resolved.runs, seconds, _disk(resolved), len(short), took)
+    for _ in Threads(cores).results(jobs, Kept(sample_times(resolved), resolved.devices), lambda _: None):
+        pass
+    return time.perf_counter() - begun
 
 
 def _spread_points(resolved: ResolvedPlan, count: int) -> list[dict[str, Value]]:
@@ -65,19 +90,18 @@ def _spread_points(resolved: ResolvedPlan, count: int) -> list[dict[str, Value]]
     if resolved.plan.boundary is not None:
         rows = resolved.parameters.from_unit(start_points((4, 4), count)).tolist()
         return [dict(zip(resolved.parameters.paths, row, strict=True)) for row in rows]
-    chosen = np.unique(np.linspace(0, len(resolved.chunks) - 1, count).astype(int))
-    each = math.ceil(count / len(chosen))
-    return [point for chunk in chosen for point in list(resolved.points(int(chunk)))[:: max(1, 64 // each)][:each]]
+    return list(resolved.spread(count))
 
 
-def _disk(resolved: ResolvedPlan) -> int:
-    """Bytes on disk of the finished store: chunks of noise are written and measured, the first with its folders."""
+def _store(resolved: ResolvedPlan) -> tuple[int, float]:
+    """Bytes of the finished store on disk, and how long it takes to write (s): two chunks of noise are written."""
     kept = Kept(sample_times(resolved), resolved.devices)
     noise = np.random.default_rng(0)
-    sizes = []
+    sizes, clocks = [], [time.perf_counter()]
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "trial.zarr"
         with Store.opened(place, resolved) as store:
+            clocks.append(time.perf_counter())
             for chunk in range(min(2, len(resolved.chunks))):
                 count = math.prod(resolved.extent(chunk))
                 rows = empty_rows(count, kept)
@@ -85,11 +109,29 @@ def _disk(resolved: ResolvedPlan) -> int:
                     if values.dtype == np.float64:
                         rows[name] = noise.normal(size=values.shape)
                 rows |= {axis.name: np.zeros(count) for axis in resolved.axes if not axis.values}
+                before = time.perf_counter()
                 store.commit(chunk, rows)
+                clocks.append(time.perf_counter() - before)
                 sizes.append(_size(place))
-    return sizes[0] + (sizes[-1] - sizes[0]) * (len(resolved.chunks) - 1)
+        folder_size = len(store.names) * _blocks(place / store.names[0] / "c")
+    begun, opened, *commits = clocks
+    first, second, every = (_folders(resolved.chunks[:count]) for count in (1, 2, len(resolved.chunks)))
+    more = sizes[-1] - sizes[0] - folder_size * (second - first)
+    size = sizes[0] + more * (len(resolved.chunks) - 1) + folder_size * (every - first)
+    return size, opened - begun + commits[-1] * len(resolved.chunks)
+
+
+def _folders(chunks: Sequence[tuple[int, ...]]) -> int:
+    """How many folders of a variable hold chunks of several rows."""
+    return len({index[:depth] for index in chunks for depth in range(1, len(index))})
 
 
 def _size(folder: Path) -> int:
-    """Bytes that a folder takes on disk, in whole blocks."""
-    return sum(getattr(s, "st_blocks", s.st_size // 512) * 512 for s in (p.lstat() for p in folder.rglob("*")))
+    """Bytes that a folder takes on disk."""
+    return sum(map(_blocks, folder.rglob("*")))
+
+
+def _blocks(path: Path) -> int:
+    """Bytes that a file or a folder by itself takes on disk, in whole blocks."""
+    found = path.lstat()
+    return getattr(found, "st_blocks", found.st_size // 512) * 512
