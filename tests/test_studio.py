@@ -6,6 +6,7 @@ import os
 import re
 import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import h5py
 import numpy as np
@@ -15,6 +16,7 @@ import browser
 import helimag as hm
 from fits import fit_of
 from helimag import calibration as cal
+from helimag.runs import import_track
 
 missing = browser.lacking()
 pytestmark = pytest.mark.skipif(missing is not None, reason=str(missing))
@@ -227,11 +229,15 @@ def test_every_file_downloads_and_opens(page, tmp_path):
     from matplotlib.image import imread
 
     assert imread(io.BytesIO(found["png"]), format="png").shape[0] > 500
-    assert b"<svg" in found["svg"][:600]
+    drawing = ElementTree.fromstring(found["svg"])
+    assert drawing.tag == "{http://www.w3.org/2000/svg}svg"
+    assert len(list(drawing.iter("{http://www.w3.org/2000/svg}path"))) > 20
     head, *rows = found["csv"].decode().splitlines()
     assert head.startswith("time [s],x [m],y [m],z [m],gap [m]")
     z = np.array([float(row.split(",")[3]) for row in rows])
     assert np.ptp(z) == pytest.approx(run.judgement.output, rel=1e-3)
+    (tmp_path / "run.csv").write_bytes(found["csv"])
+    assert import_track(tmp_path / "run.csv", initial_gap=0.15, name="x").dataset["position"].shape == (z.size, 3)
     (tmp_path / "run.nc").write_bytes(found["nc"])
     assert hm.Trajectory.load(tmp_path / "run.nc").gain == run.gain
     import av
@@ -385,6 +391,37 @@ def test_probabilities_of_a_calibration(quick, tmp_path):
     typed(page, "device.helix.length", "12")
     assert "of another device: device.helix.length differ" in page.inner_text(by("ensemble-other"))
     assert page.inner_text(by("ensemble-status")) == "the inputs have changed since; run the copies again"
+
+
+def test_keys_play_and_step(page):
+    """Where the hand is on no field; in a field they are its own."""
+    now = "import('helimag-studio').then(m => m.clock.time)"
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("Home")
+    assert page.evaluate(now) == 0.0
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("PageDown")
+    assert page.evaluate(now) == pytest.approx(0.11 * 1800.0, rel=1e-3)
+    page.focus(by("number-drive-pitch"))
+    page.keyboard.press("End")
+    page.keyboard.press(" ")
+    assert page.evaluate(now) == pytest.approx(0.11 * 1800.0, rel=1e-3)
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press(" ")
+    page.wait_for_function("import('helimag-studio').then(m => m.clock.time > 210)")
+    page.keyboard.press("End")
+    page.keyboard.press(" ")
+    assert page.evaluate("import('helimag-studio').then(m => m.clock.playing)") is False
+
+
+def test_a_preset_that_was_changed_says_so(page):
+    assert page.get_by_label("Preset").first.input_value() == "paper/fig3c"
+    typed(page, "drive.pitch", "11")
+    page.wait_for_selector("text=paper/fig3c, changed")
+    before = number(page)
+    page.click(by("undo"))
+    settled(page, before)
+    page.wait_for_selector("text=paper/fig3c, changed", state="detached")
 
 
 def test_it_plays_and_scrubs(page):

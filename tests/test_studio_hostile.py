@@ -2,6 +2,7 @@
 
 import base64
 import io
+import re
 import socket
 import zlib
 
@@ -9,6 +10,7 @@ import pytest
 
 import browser
 import helimag as hm
+from fits import fit_of
 
 missing = browser.lacking()
 if missing is not None:
@@ -68,6 +70,24 @@ def test_a_hostile_scenario_is_refused(content):
 def test_no_link_names_a_file(name):
     with pytest.raises(HelimagError, match="must not name a file"):
         scenario_from_link(linked(with_body(name).encode()))
+
+
+# numbers that no device, no oil and no run has, each in an otherwise good scenario
+NO_NUMBERS = {
+    f"{what} {value}": linked(
+        re.sub(rf'^{what} = "[0-9.]+ ', f'{what} = "{value} ', GOOD, count=1, flags=re.M).encode()
+    )
+    for what in ("frequency", "viscosity", "distance", "duration", "magnetic_moment", "radius")
+    for value in ("nan", "inf", "-inf", "1e308", "-1e308", "1e400")
+}
+
+
+@pytest.mark.parametrize("link", NO_NUMBERS.values(), ids=NO_NUMBERS)
+def test_a_link_of_no_numbers_has_no_run(link):
+    """It is refused, or its run says that its numbers broke down."""
+    with pytest.raises(HelimagError) as refusal:
+        hm.simulate(scenario_from_link(link), duration="1 s")
+    assert len(str(refusal.value)) < 600
 
 
 HOSTILE_LINKS = {
@@ -196,6 +216,15 @@ REFUSED = {
     "a very long address": (414, {"path": "/?s=" + "A" * 40_000}, ""),
     "a gigabyte": (413, {"path": "/", "method": "POST"}, "Content-Length: 1073741824\r\n"),
     "less than nothing": (400, {"path": "/", "method": "POST"}, "Content-Length: -5\r\n"),
+    "two hosts": (400, {"path": "/", "host": "evil.example"}, "Host: 127.0.0.1:{port}\r\n"),
+    "two origins": (400, {"path": UPLOAD, "method": "POST"}, "Origin: http://evil.example\r\nOrigin: {own}\r\n"),
+    "a host without its port": (421, {"path": "/", "host": "127.0.0.1"}, ""),
+    "a host that resolves to here": (421, {"path": "/", "host": "127.0.0.1.rebind.example:{port}"}, ""),
+    "this machine by another name": (421, {"path": "/", "host": "0.0.0.0:{port}"}, ""),
+    "a host that is markup": (421, {"path": "/", "host": "<script>"}, ""),
+    "the same name at another port": (403, {"path": SOCKET}, UPGRADE + "Origin: http://127.0.0.1:1\r\n"),
+    "a file's websocket": (403, {"path": SOCKET}, UPGRADE + "Origin: null\r\n"),
+    "deletes": (403, {"path": "/", "method": "DELETE"}, "Origin: http://evil.example\r\n"),
 }
 
 
@@ -204,7 +233,9 @@ def test_a_request_that_is_not_ours_is_refused(open_port, name):
     status, given, more = REFUSED[name]
     port, _ = open_port
     method, host = given.get("method", "GET"), given.get("host")
-    found, body = said(port, asked(given["path"], port, method=method, host=host, more=more))
+    known = {"port": port, "own": f"http://127.0.0.1:{port}"}
+    request = asked(given["path"], port, method=method, host=host and host.format(**known), more=more.format(**known))
+    found, body = said(port, request)
     assert found == status
     assert b"passwd" not in body
 
@@ -216,6 +247,20 @@ def test_a_body_of_no_stated_length_ends_at_the_limit(open_port):
     status, _ = said(port, head, rest=chunk * 30)
     assert status in {0, 400, 405, 413}
     assert list(folder.iterdir()) == []
+
+
+def test_many_that_say_nothing_keep_nobody_out(open_port):
+    """Connections left open, half a request in each: the next is still answered."""
+    port, _ = open_port
+    idle = []
+    try:
+        for i in range(150):
+            idle.append(socket.create_connection(("127.0.0.1", port), timeout=10.0))
+            idle[-1].sendall(b"GET / HTTP/1.1\r\nHost: " + b"x" * (i % 7))
+        assert said(port, asked("/", port))[0] == 200
+    finally:
+        for wire in idle:
+            wire.close()
 
 
 def test_our_own_page_is_answered(open_port):
@@ -264,7 +309,44 @@ def test_with_the_token_one_comes_in(guarded):
     assert token.encode() not in body
 
 
+@pytest.mark.parametrize(
+    "path", ["/%0d%0aSet-Cookie:%20a=b", "//evil.example/", "/%5cevil.example/", "/%2f%2fevil.example"]
+)
+def test_the_token_leads_nowhere_else(guarded, path):
+    """No line's end gets into the answer's head, and the place that it names is one of this server's."""
+    port, token = guarded
+    with socket.create_connection(("127.0.0.1", port), timeout=20.0) as wire:
+        wire.sendall(asked(f"{path}?token={token}", port).encode())
+        head = wire.recv(2**16).partition(b"\r\n\r\n")[0].split(b"\r\n")
+    assert sum(line.lower().startswith(b"set-cookie:") for line in head) == 1
+    (place,) = (line.split(b": ", 1)[1] for line in head if line.lower().startswith(b"location:"))
+    assert place.startswith(b"/")
+    assert place[1:2] not in {b"/", b"\\"}
+
+
 SCRIPT = "<img src=x onerror=window.hurt=1><script>window.hurt=1</script>"
+
+
+def scripted(tmp_path, image):
+    """Files with script where a message or a list repeats it: where it goes, its suffix, content, and what is told."""
+    run = hm.simulate(hm.load("paper/fig3c"), duration="20 s")
+    run.dataset.attrs |= {"name": SCRIPT, "source": SCRIPT, "frames": SCRIPT, "end": "horizon", "versions": SCRIPT}
+    run.save(tmp_path / "scripted.nc")
+    fit_of(hm.load("paper/fig3c"), name=SCRIPT).save(tmp_path / "fit.nc")
+    heading = GOOD.replace('heading = "helix"', f'heading = "{SCRIPT}"')
+    assert SCRIPT in heading
+    return {
+        "a word": (("upload-scenario", ""), "toml", heading.encode(), f"got '{image}"),
+        "a key": (("upload-scenario", ""), "toml", f'"{image}" = 1\n{GOOD}'.encode(), image),
+        "a column": (
+            ("upload-run", "compare"),
+            "csv",
+            f"time [s],x [mm],y [mm],{image}\n0,1,1,1\n1,1,1,1\n".encode(),
+            f"it lacks z; its heads are 'time [s]', 'x [mm]', 'y [mm]', '{image}'",
+        ),
+        "attributes": (("upload-run", "compare"), "nc", (tmp_path / "scripted.nc").read_bytes(), "attributes.nc"),
+        "a fit": (("upload-calibration", "ensemble"), "nc", (tmp_path / "fit.nc").read_bytes(), SCRIPT[:60]),
+    }
 
 
 def test_no_name_is_markup(open_port, tmp_path):
@@ -290,6 +372,12 @@ def test_no_name_is_markup(open_port, tmp_path):
         image = SCRIPT.partition("<script>")[0]  # without a slash, from which on a name is a path's last part
         page.set_input_files(upload, {"name": f"{image}.nc", "mimeType": "x", "buffer": content})
         page.wait_for_selector(f'[data-testid="compared"] >> text={image}.nc')
+        for name, (upload, suffix, hostile, told) in scripted(tmp_path, image).items():
+            page.click(f'[data-testid="tab-{upload[1]}"]') if upload[1] else None
+            chosen = {"name": f"{name}.{suffix}", "mimeType": "x", "buffer": hostile}
+            page.set_input_files(f'[data-testid="{upload[0]}"] input[type=file]', chosen)
+            page.wait_for_function("text => document.body.innerText.includes(text)", arg=told)
+            assert page.evaluate("window.hurt") is None, name
         page.goto(f"http://localhost:{port}/?s={SCRIPT}")
         page.wait_for_selector("text=the link is damaged")
         page.wait_for_selector(whole)

@@ -247,6 +247,24 @@ def test_a_run_that_cannot_be_says_why_and_the_next_is_answered():
     assert "diagonal" in news[-1].problem
 
 
+def test_an_error_that_nobody_foresaw_is_said_and_the_next_question_is_answered(monkeypatch, caplog):
+    def broken(_):
+        raise ZeroDivisionError("<script>")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("helimag.studio.live.pictured", broken)
+        news, _ = heard(lambda live: live.ask(SHORT))
+        assert news[-1].problem.startswith("an error that was not foreseen (ZeroDivisionError)")
+    assert "ZeroDivisionError: <script>" in caplog.text
+    failed = []
+    job = Job(Live(lambda _: None))
+    job.start(broken, failed.append, failed.append)
+    until = time.monotonic() + 10.0
+    while not failed and time.monotonic() < until:
+        time.sleep(0.01)
+    assert failed == [news[-1].problem]
+
+
 def test_a_job_waits_for_the_live_run_and_can_be_stopped():
     live = Live(lambda _: None)
     job, done, failed = Job(live), [], []

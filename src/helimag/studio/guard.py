@@ -10,7 +10,7 @@ from collections.abc import Awaitable, Callable, Iterable, MutableMapping
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, quote, urlsplit
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
@@ -98,6 +98,8 @@ class Guard:
     def _check(self, scope: Scope) -> bool:
         """Raise Refusal where a request is not allowed; tell whether it brings the token in its address."""
         headers = _headers(scope)
+        if any([name for name, _ in scope["headers"]].count(name) > 1 for name in (b"host", b"origin")):
+            raise Refusal(400, "a request has one host and one origin")
         host = headers.get("host", "")
         if self._rules.hosts is not None and host not in self._rules.hosts:
             raise Refusal(421, "this server does not go by that name")
@@ -153,7 +155,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: Refusal) 
 async def _redirect(send: Send, path: str, token: str) -> None:
     """Keep the token in a cookie that scripts cannot read, and take it out of the address."""
     cookie = f"{COOKIE}={token}; Path=/; HttpOnly; SameSite=Strict".encode()
-    place = "/" + path.lstrip("/").encode("ascii", "ignore").decode()
+    place = "/" + quote(path.lstrip("/"))  # no line's end, nor a way to another host, gets into the header
     headers = [(b"location", place.encode()), (b"set-cookie", cookie), *HEADERS]
     await send({"type": "http.response.start", "status": 303, "headers": headers})
     await send({"type": "http.response.body", "body": b""})

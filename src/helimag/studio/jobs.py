@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from helimag.errors import HelimagError
-from helimag.studio.live import Live
+from helimag.studio.live import Live, unforeseen
 
 INTERVAL = 0.5  # s between words of how far it has come
 PATIENCE = 0.02  # s between looks at whether the live run is done
@@ -55,15 +55,20 @@ class Job:
                 heard(fraction)
 
         def run() -> None:
+            problem = None
             try:
                 result = work(progress)
                 self._breathe(number)
             except JobStopped:
                 return
             except HelimagError as error:
+                problem = str(error)
+            except Exception as error:  # noqa: BLE001  the panel says so instead of waiting for ever
+                problem = unforeseen(error)
+            if problem is not None:
                 if number == self._number:
                     self.running = False
-                    failed(str(error))
+                    failed(problem)
                 return
             self.running, self.fraction = False, 1.0
             done(result)

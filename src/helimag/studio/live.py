@@ -6,6 +6,7 @@ and with the run's beginning where they do not; the other with the run as the co
 hand rests, with what becomes of the device after it. The kernels run outside of Python's lock, so threads are enough.
 """
 
+import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -24,6 +25,12 @@ QUICK = 600.0  # s; a run this short is shown as a whole at once
 TEDIOUS = 0.15  # s in which leaps must come half way to be a first answer
 STILL = 0.06  # s without another question, where answers are behind the hand, before a whole run is begun
 REST = 0.3  # s without another question before it is asked what becomes of the device after its run
+
+
+def unforeseen(error: Exception) -> str:
+    """What the page says of an error that is none of ours; the terminal gets all of it."""
+    logging.getLogger(__name__).error("an error that was not foreseen", exc_info=error)
+    return f"an error that was not foreseen ({type(error).__name__}); the terminal of helimag studio says more"
 
 
 class Superseded(Exception):
@@ -115,6 +122,8 @@ class Live:
                 self._say(News(question.number, Stage.FIRST, answered(run), run, pictured(run)))
             except (Superseded, HelimagError):
                 continue  # a newer question is waiting, or the other worker will say what is wrong
+            except Exception as error:  # noqa: BLE001  the next question is to be answered all the same
+                unforeseen(error)
 
     def _answer_whole(self) -> None:
         for question in self._questions():
@@ -129,6 +138,8 @@ class Live:
                 continue
             except HelimagError as error:
                 self._say(News(question.number, stage, problem=str(error)))
+            except Exception as error:  # noqa: BLE001  the page says so, and the next question is answered
+                self._say(News(question.number, stage, problem=unforeseen(error)))
             with self._changed:
                 if question.number == self._number:
                     self.idle.set()

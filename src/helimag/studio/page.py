@@ -30,6 +30,7 @@ TABS = {
     "Explain": "lightbulb",
     "Ensemble": "casino",
 }
+PATIENCE = 120.0  # s in which a page's scripts must come to life; a machine may have other things to do
 STYLE = (Path(__file__).parent / "static" / "studio.css").read_text(encoding="utf-8")
 
 
@@ -46,7 +47,7 @@ async def page(setting: Setting, link: str | None) -> None:
     ui.add_css(STYLE)
     ui.query("body").classes("hs-body")
     waiting = ui.label("helimag studio").classes("hs-waiting")
-    await ui.context.client.connected(timeout=30.0)
+    await ui.context.client.connected(timeout=PATIENCE)
     waiting.delete()
     store = app.storage.tab
     problem = None

@@ -7,6 +7,7 @@ import { colour, on_theme, written } from "helimag-studio/ticks.js";
 const SHARE = 0.18; // of the scene's size: the device is enlarged to about this
 const FASTEST = 1.2; // turns a second that the eye can follow; what turns faster is shown slowed
 const SLOWED = 0.5; // turns a second of what is shown slowed
+const FITS = 1.25; // how much larger or smaller a run may be for a view that was made for another
 const SPEEDS = [1, 10, 60, 300];
 
 // whether there is no graphics card: then smooth edges would cost more than they show
@@ -37,7 +38,7 @@ export default {
         <input type="range" min="0" max="1000" step="1" :value="share" @input="scrub" aria-label="Time" data-testid="scrub">
         <select @change="clock.speed = +$event.target.value" aria-label="Speed" title="Seconds of the run in a second">
           <option v-for="speed in speeds" :value="speed" :selected="speed === 60">{{ speed }} ×</option></select>
-        <button class="hs-pill" :class="{on: follow}" @click="follow = !follow; framed = false" title="Look at the device from near">
+        <button class="hs-pill" :class="{on: follow}" @click="follow = !follow; own = false; look_again()" title="Look at the device from near">
           Follow</button>
         <button class="hs-pill" :class="{on: true_size}" @click="true_size = !true_size; rebuild()"
           title="Draw the device in its own size, or enlarged so that it can be seen">True size</button>
@@ -84,6 +85,7 @@ export default {
       this.controls = new OrbitControls(this.camera, this.renderer.domElement);
       this.controls.enableDamping = false;
       this.controls.addEventListener("change", () => (this.dirty = true));
+      this.controls.addEventListener("start", () => (this.own = true));
       this.scene.add(new THREE.HemisphereLight(0xffffff, 0x889099, 2.2));
       const sun = new THREE.DirectionalLight(0xffffff, 1.8);
       sun.position.set(-200, -400, 700);
@@ -126,13 +128,12 @@ export default {
       this.past = this.line(run.position, "blue", 1);
       this.group.add(this.past, this.line(run.position, "blue", 0.25), this.line(run.magnet, "grey", 0.7));
       runs.others.forEach((other, i) => this.group.add(this.dashed(other.position, "other" + (i % 3), 0.012 * size)));
-      this.axis = this.arrow("green", 0.2 * size);
-      this.thrust = this.arrow("purple", 0.3 * size);
+      const drawn = this.enlarged * run.device.length;
+      this.axis = this.arrow("green", 1.1 * drawn);
+      this.thrust = this.arrow("purple", 1.7 * drawn);
       this.group.add(this.axis, this.thrust);
       this.frames(size);
-      if (!this.framed || this.title !== run.title.split(",")[0]) this.look(run);
-      this.title = run.title.split(",")[0];
-      this.framed = true;
+      this.frame_anew(run, size);
       this.dirty = true;
     },
     // device and magnet are built anew only where they are others
@@ -159,6 +160,23 @@ export default {
       box.expandByScalar(reach);
       const size = box.getSize(new THREE.Vector3());
       return { box, centre: box.getCenter(new THREE.Vector3()), size: Math.max(size.x, size.y, size.z) };
+    },
+    look_again() {
+      if (!runs.live) return;
+      this.look(runs.live);
+      this.dirty = true;
+    },
+    // a view that nobody has turned goes with the run; one that somebody has turned stays
+    frame_anew(run, size) {
+      const title = run.title.split(",")[0];
+      const other = this.title !== title;
+      if (other) this.own = false;
+      const fits = this.framed && size < FITS * this.framed && size > this.framed / FITS;
+      if (other || !this.framed || !(fits || this.own)) {
+        this.look(run);
+        this.framed = size;
+      }
+      this.title = title;
     },
     look(run) {
       const { centre, size } = this.extent;

@@ -1,9 +1,16 @@
 """Buttons and file choosers, all alike."""
 
+import math
 from collections.abc import Callable
 
 from nicegui import ui
 from nicegui.events import UploadEventArguments
+
+
+def number(given: object) -> float | None:
+    """What a page sent, if it is a number."""
+    return float(given) if isinstance(given, (int, float)) and math.isfinite(given) else None
+
 
 LOOKS = {"solid": "unelevated", "outline": "outline", "flat": "flat"}
 

@@ -1,6 +1,5 @@
 """Sliders and number fields for the inputs."""
 
-import math
 from collections.abc import Callable
 
 from nicegui import ui
@@ -9,6 +8,7 @@ from nicegui.events import GenericEventArguments
 from helimag.scenario import Scenario
 from helimag.studio.elements import KnobRow
 from helimag.studio.knobs import CHOICES, GROUPS, KNOBS, Knob, WordChoice, unit_text
+from helimag.studio.panels.controls import number
 from helimag.studio.tab import Tab
 
 OPEN = ("Drive", "Device")  # groups that are open at first
@@ -35,12 +35,12 @@ def _knob(tab: Tab, knob: Knob) -> None:
     row.props["low"], row.props["high"], row.props["step"] = knob.low, knob.high, knob.step
 
     def turned(event: GenericEventArguments) -> None:
-        value = _number(event.args)
+        value = number(event.args)
         if value is not None and value != knob.value(tab.scenario):
             tab.turn(lambda scenario: knob.changed(scenario, round(value, 9)))
 
     def typed(event: GenericEventArguments) -> None:
-        value = _number(event.args)
+        value = number(event.args)
         if value is None or not tab.change(lambda scenario: knob.changed(scenario, value)):
             row.run_method("reset")
 
@@ -54,11 +54,6 @@ def _knob(tab: Tab, knob: Knob) -> None:
     row.on("typed", typed)
     tab.scenario_listeners.append(show)
     show(tab.scenario)
-
-
-def _number(given: object) -> float | None:
-    """What a page sent, if it is a number."""
-    return float(given) if isinstance(given, (int, float)) and math.isfinite(given) else None
 
 
 def _choice(tab: Tab, choice: WordChoice) -> None:

@@ -23,7 +23,7 @@ from helimag.studio.mapping import (
     gain_cells,
     stability,
 )
-from helimag.studio.panels.controls import button
+from helimag.studio.panels.controls import button, number
 from helimag.studio.tab import Tab
 
 WHAT = {"gain": "Gain of the run", "stability": "Stability of the orbit"}
@@ -215,11 +215,14 @@ class MapPanel:
         plane = self.plane
         if plane is None or not isinstance(event.args, list) or len(event.args) != 2:
             return
-        values = [float(value) for value in event.args]
+        values = [number(value) for value in event.args]
         rounded = [
             round(value / axis.knob.step) * axis.knob.step
             for value, axis in zip(values, (plane.first, plane.second), strict=True)
+            if value is not None
         ]
+        if len(rounded) < len(values):
+            return
         self.tab.change(
             lambda scenario: MapPlane(scenario, plane.first, plane.second).at(*(round(v, 9) for v in rounded))
         )

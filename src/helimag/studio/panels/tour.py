@@ -105,10 +105,17 @@ def _later(side: Side) -> list[Stop]:
         ),
         Stop(
             "Dashed: the pinned run. Whole: the live one.",
-            9.0,
+            7.0,
             lambda: side.show("Charts"),
             "drive.distance",
             158.0,
+        ),
+        Stop(
+            "Further away, the magnet does not carry it. And back.",
+            5.0,
+            None,
+            "drive.distance",
+            150.0,
         ),
         Stop(
             "A programme for the arm, checked, rehearsed, and read back.",
@@ -138,7 +145,7 @@ def tour(tab: Tab, side: Side) -> None:
 
     with ui.element("div").classes("hs-tour").props('data-testid="tour"') as banner:
         words = ui.label("").classes("hs-tour-words")
-        button("Stop the tour", None, ended, "tour-stop", "flat")
+        button("Stop the tour", None, ended, "tour-stop", "flat").props(remove="color")
 
     async def go() -> None:
         for stop in stops(side):
