@@ -3,7 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from helimag.cli._shared import Json, check_target, print_json
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import check_target
+from helimag.cli._shared import print_json
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -74,7 +76,7 @@ def carried(run: "Trajectory", certificate: "Certificate") -> "Trajectory":
     return proof.with_certificate(run, certificate)
 
 
-def check(certificate: Path, *, json: Json = False) -> None:
+def check(certificate: Path, *, common: Common = PLAIN) -> None:
     """Prove again what a certificate claims; exit status 2 where it was changed or claims what it does not prove.
 
     Parameters
@@ -86,7 +88,7 @@ def check(certificate: Path, *, json: Json = False) -> None:
     from helimag.proof import check_file, named_inputs, sentence
 
     found = check_file(certificate)
-    if json:
+    if common.json:
         print_json(
             {
                 "scenario": found.scenario.name,

@@ -12,6 +12,7 @@ from helimag.engine.control import Control
 from helimag.engine.events import FALL_LIMIT
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
+from helimag.engine.leaping import leaps_hold
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.methods import DOP853, MULTIREVOLUTION, Method
 from helimag.engine.moving import shifted, to_lab, to_moving
@@ -62,6 +63,7 @@ __all__ = [
     "forward",
     "initial_gap",
     "lag_vector",
+    "leaps_hold",
     "pack_bodies",
     "pack_drives",
     "pack_magnets",

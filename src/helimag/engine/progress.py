@@ -23,6 +23,7 @@ class Leap:
     aim_number: wp.float64  # number of the turn to be followed
     fine: wp.int32  # steps between two nodes of it
     aim: State  # where that begins, moving frame
+    reference: State  # whose attitude the chart is about, see ``charts``
     error: wp.float64  # of the leap that is tried, in units of its tolerance
     pushes: wp.int32  # turns remembered so far
     known: wp.int32  # of them, those since leaping began

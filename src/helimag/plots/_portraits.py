@@ -122,7 +122,7 @@ def draw_basin(basin: Basin) -> Figure:
         tally = {name: int(np.count_nonzero(basin.ends == name)) for name in names}
         handles: list[Any] = [Patch(color=ENDS[BasinEnd.of(name)], label=f"{name} ({tally[name]})") for name in names]
         handles.append(Line2D([], [], marker="*", color="black", linestyle="none", label="orbit"))
-        figure.legend(handles=handles + _magnet_key(axes), loc="outside lower center", ncols=5)
+        figure.legend(handles=handles + magnet_key(axes), loc="outside lower center", ncols=5)
     return figure
 
 
@@ -139,7 +139,7 @@ def _plane_of(flow: SlowFlow, orbit: Orbit, i: int, j: int) -> tuple[Floats, Flo
 def _frame(axis: Axes, orbit: Orbit, i: int, j: int, across: tuple[float, float], up: tuple[float, float]) -> None:
     """Limits, names, the plane's place; and the magnet with the sphere of contact where they reach into the frame."""
     k = 3 - i - j
-    _magnet(axis, orbit.scenario, orbit.position[k], i, j)
+    draw_magnet(axis, orbit.scenario, orbit.position[k], i, j)
     axis.set_xlim(*across)
     axis.set_ylim(*up)
     axis.set_aspect("equal")
@@ -148,7 +148,7 @@ def _frame(axis: Axes, orbit: Orbit, i: int, j: int, across: tuple[float, float]
     axis.set_title(f"{'xyz'[k]} = {_signed(1e3 * orbit.position[k])} mm")
 
 
-def _magnet(axis: Axes, scenario: Scenario, level: float, i: int, j: int) -> None:
+def draw_magnet(axis: Axes, scenario: Scenario, level: float, i: int, j: int) -> None:
     """The magnet's centre, and the sphere within which device and magnet touch: cut by the plane, else in outline."""
     place = magnet_start(scenario.drive)
     radius = scenario.contact_distance
@@ -161,7 +161,7 @@ def _magnet(axis: Axes, scenario: Scenario, level: float, i: int, j: int) -> Non
     axis.plot(1e3 * place[i], 1e3 * place[j], "+", color="black", markersize=5, gid="magnet")
 
 
-def _magnet_key(axes: Any) -> list[Line2D]:
+def magnet_key(axes: Any) -> list[Line2D]:
     """Entries for what of the magnet is seen in any frame."""
     handles = {}
     for axis in axes:
@@ -206,7 +206,7 @@ def _flow_key(points: Sequence[FixedPoint], captured: Basin | None, unsettled: b
                 handles.append(Line2D([], [], label=name, color=colour, markerfacecolor=face, **dot))
     if unsettled:
         handles.append(Patch(color=PALE, label="no slow flow"))
-    return handles + _magnet_key(axes)
+    return handles + magnet_key(axes)
 
 
 def _kinds_of_starts(captured: Basin) -> list[tuple[NDArray[np.bool_], str, str, str]]:

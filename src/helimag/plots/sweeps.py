@@ -20,6 +20,7 @@ from helimag.errors import InputError, MissingExtra
 from helimag.files import replacing
 from helimag.outcomes import Reason, Verdict
 from helimag.plots._curves import belongs, draw_curves
+from helimag.plots._likely import STAYING, add_scale, draw_band, draw_shares, draw_shares_at, ran_devices
 from helimag.plots._style import (
     BLUE,
     DARK,
@@ -66,6 +67,8 @@ HIGHEST_GAIN = 2.0  # of the axis: what lies above has left the magnet anyway
 def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] = ()) -> Figure:
     """Draw a sweep: one axis as a curve, two as curves or a map, more as one small panel for each value of the others.
 
+    A sweep with an ensemble has maps of the share of its devices that stay to the end, and bands of gain on its curves.
+
     Parameters
     ----------
     dataset
@@ -87,12 +90,13 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
     with styled():
         figure = Figure(figsize=(FULL_WIDTH * max(columns, 2) / 3, PANEL_HEIGHT * rows + 12 * MM), layout="constrained")
         looks: dict[str, Line2D] = {}
+        likely = ran_devices(dataset) and _is_plane(panels[0][1], as_map=True)
         missing = list(curves)
         for place, (title, part) in enumerate(panels):
             axes = figure.add_subplot(rows, columns, place + 1)
             axes.set_title(title)
-            _draw_panel(axes, part, as_map=bool(curves))
-            if _is_plane(part, as_map=bool(curves)):
+            _draw_panel(axes, part, as_map=bool(curves) or likely)
+            if _is_plane(part, as_map=bool(curves) or likely):
                 here = [curve for curve in curves if belongs(curve, part)]
                 missing = [curve for curve in missing if not any(curve is each for each in here)]
                 looks |= {str(look.get_label()): look for look in _lay_over(axes, part, here)}
@@ -103,7 +107,9 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
             )
         if looks:
             looks |= {label: Line2D([], [], label=label, **look) for label, look in CONTOURS.items()}
-        handles = [*legend(dataset["verdict"].values), *looks.values()]
+        handles = [*([] if likely else legend(dataset["verdict"].values)), *looks.values()]
+        if likely:
+            handles += add_scale(figure)
         figure.legend(handles=handles, loc="outside lower center", ncols=4 if looks else 7)
         figure.suptitle(dataset.attrs["title"], fontsize=8)
     return figure
@@ -167,6 +173,8 @@ def draw_curve(
 ) -> None:
     """Gain along one axis, each run marked by its verdict; gamma = 1 as a line."""
     values, gain, flags = _shown(row, name), row["gain"].values, row["verdict"].values
+    if ran_devices(row):
+        draw_band(axes, row, values, top)
     axes.plot(values, np.minimum(gain, top), color=colour, linewidth=0.6, label=label, zorder=1)
     for verdict in Verdict:
         here = (flags == verdict) & (verdict != Verdict.NOT_COMPUTED)
@@ -187,8 +195,12 @@ def shade(axes: Axes, row: "xarray.Dataset", name: str, colour: Any, span: tuple
 
 
 def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> None:
-    """Verdicts as coloured cells with the gain's contours and the boundary of what is bounded."""
+    """Verdicts as coloured cells with the gain's contours and the boundary of what is bounded, or devices' shares."""
     dims = part["verdict"].dims
+    axes.set(xlabel=label_of(part, x), ylabel=label_of(part, y))
+    if ran_devices(part):
+        draw_shares(axes, part.transpose(dims[1], dims[0], ...), _shown(part, x), _shown(part, y))
+        return
     flags = part["verdict"].transpose(dims[1], dims[0]).values
     colours = np.zeros((1 + max(verdict.flag for verdict in Verdict), 3))
     for verdict, colour in COLOURS.items():
@@ -204,11 +216,14 @@ def _draw_map(axes: Axes, part: "xarray.Dataset", x: str, y: str) -> None:
             _shown(part, x), _shown(part, y), gain, levels=[1.0], colors="black", linewidths=UNIT, linestyles="--"
         )
         unit.set_path_effects(CASING)
-    axes.set(xlabel=label_of(part, x), ylabel=label_of(part, y))
 
 
 def _draw_points(axes: Axes, part: "xarray.Dataset", names: Sequence[str]) -> None:
     """Runs at points of a plane, with the boundary and its error bars where the plan looked for one."""
+    axes.set(xlabel=label_of(part, names[0]), ylabel=label_of(part, names[1]))
+    if ran_devices(part):
+        draw_shares_at(axes, part, *(_shown(part, name) for name in names))
+        return
     flags = part["verdict"].values
     for verdict in Verdict:
         here = (flags == verdict) & (verdict != Verdict.NOT_COMPUTED)
@@ -222,7 +237,6 @@ def _draw_points(axes: Axes, part: "xarray.Dataset", names: Sequence[str]) -> No
         axes.errorbar(
             line.points[:, 0] / scale[0], line.points[:, 1] / scale[1], error[1], error[0], "k.", ms=2, lw=0.5, zorder=3
         )
-    axes.set(xlabel=label_of(part, names[0]), ylabel=label_of(part, names[1]))
 
 
 def legend(flags: NDArray[np.int8]) -> list[Patch]:
@@ -373,9 +387,11 @@ def _hover(part: "xarray.Dataset", columns: dict[str, Any]) -> Any:
     """What hovering over each run shows."""
     flags, gain = part["verdict"].values.ravel(), part["gain"].values.ravel()
     reasons = part["reason"].values.ravel()
+    staying = part[STAYING].values.ravel() if ran_devices(part) else flags
     lines = [
         [f"{label_of(part, name)}: {values[i]:.5g}" for name, values in columns.items()]
         + [f"gain {gain[i]:.4g}", f"{Verdict.of(flags[i])}, {Reason.of(reasons[i])}"]
+        + ([f"{staying[i]:.0%} of the devices stay to the end"] if ran_devices(part) else [])
         for i in range(flags.size)
     ]
     return np.array(["<br>".join(line) for line in lines])
