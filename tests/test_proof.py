@@ -135,7 +135,7 @@ def test_the_clearance_is_that_of_the_orbit(certificate: Certificate, orbit: hm.
     arm = hm.orbits.strobe.Problem([scenario]).arm[0]
     gap = np.linalg.norm(states[:, :3] - arm, axis=1).min() - scenario.contact_distance
     assert certificate.claims.clearance <= gap
-    assert certificate.claims.clearance == pytest.approx(gap, abs=2e-4)
+    assert certificate.claims.clearance == pytest.approx(gap, abs=5.0 * max(certificate.claims.tube))
 
 
 def test_walls_too_near_are_not_cleared(certificate: Certificate, orbit: hm.Orbit) -> None:

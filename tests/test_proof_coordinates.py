@@ -213,6 +213,23 @@ def test_bounds_hold_for_the_change_of_the_linearisation(enclosed) -> None:
             assert np.linalg.norm(alone[list(rows)]) <= push[i] + 1e-9
 
 
+def test_bounds_of_known_derivatives_are_exact() -> None:
+    """Of y0' = 3 y0 y2 + 4 u^2 + 5 u^3 + 7 y0^2 y2 + 2 y0 u^2, all second and third derivatives written down."""
+    seconds, thirds = {(0, 2): 3, (6, 6): 8}, {(6, 6, 6): 30, (0, 0, 2): 14, (0, 6, 6): 4}
+    with arithmetic():
+        second = [[exact(seconds.get(pair, 0) if i == 0 else 0) for pair in pairs(SIDE)] for i in range(N)]
+        third = [[exact(thirds.get(triple, 0) if i == 0 else 0) for triple in triples(SIDE)] for i in range(N)]
+        form = Derivatives(second, third, tube().parts(1), [0.5, 0.25, 1.0, 1.0, 1.0])
+        assert float(form.push(0, range(4, 5))) == pytest.approx(4.0 + 5.0)
+        # block 0 is y0 and y1, block 1 is y2: d2 F0 / dy0 dy2, and half of what the third ones add within the reach
+        assert float(form.bend(0, 0, 1)) == pytest.approx(3.0 + 14.0 * 0.5 / 2.0)
+        assert float(form.bend(0, 1, 0)) == pytest.approx(3.0 + 14.0 * 0.5 / 2.0)
+        assert float(form.bend(0, 0, 0)) == pytest.approx(14.0 * 0.25 / 2.0)
+        assert float(form.bend(0, 0, 4)) == pytest.approx(4.0 * 1.0 / 2.0)
+        assert float(form.twist(0, 1)) == pytest.approx(3.0 + 14.0 * 0.5 / 2.0)
+        assert float(form.push(1, range(4, 5))) == 0.0
+
+
 def test_what_is_reached_holds_all_within_the_radii() -> None:
     """Places of random coordinates on the edge, and a quadratic form's bound."""
     shape, rng = tube(), np.random.default_rng(6)
