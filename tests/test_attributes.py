@@ -55,7 +55,7 @@ def test_texts_are_of_fixed_length(written):
         parts = [file, *(file[name] for name in file)]
         kinds = {(part.name, name): part.attrs.get_id(name).dtype for part in parts for name in part.attrs}
     texts = {place: kind for place, kind in kinds.items() if h5py.check_string_dtype(kind) is not None}
-    assert {place for place, kind in texts.items() if kind == object} == set()
+    assert {place for place, kind in texts.items() if kind.hasobject} == set()
     assert len(texts) > 20
     assert kinds["/", "verdict"].kind == "S"
 
@@ -63,7 +63,10 @@ def test_texts_are_of_fixed_length(written):
 @pytest.mark.skipif(shutil.which("octave-cli") is None, reason="needs GNU Octave: apt-get install octave octave-netcdf")
 def test_octave_reads_them(written):
     said = subprocess.run(
-        ["octave-cli", "--no-gui", "--quiet", "--eval", OCTAVE.format(written)], capture_output=True, text=True, check=True
+        ["octave-cli", "--no-gui", "--quiet", "--eval", OCTAVE.format(written)],
+        capture_output=True,
+        text=True,
+        check=True,
     )
     again = hm.Trajectory.load(written)
     verdict, reason, outlook, gain, pitch, units, height = said.stdout.splitlines()
@@ -71,3 +74,20 @@ def test_octave_reads_them(written):
     assert (float(gain), float(pitch)) == (again.gain, np.radians(12.7))
     assert units == "m"
     assert float(height) == again.final_state[2]
+
+
+def test_a_run_is_had_by_the_name_of_its_scenario():
+    assert hm.simulate("paper/fig3c", duration=1.0).gain == hm.simulate(hm.load("paper/fig3c"), duration=1.0).gain
+    with pytest.raises(hm.FileError, match="nowhere"):
+        hm.simulate("nowhere", duration=1.0)
+    with pytest.raises(hm.InputError, match=r"a scenario must be what helimag\.load gives.*; got int"):
+        hm.simulate(3)
+
+
+def test_a_proof_shows_itself_in_a_notebook_without_markup_of_its_own():
+    from helimag.proof import Proof
+
+    scenario = hm.load("paper/fig3c")
+    none = Proof(orbit=hm.Orbit(scenario=scenario, status="lost step"), reason="<b>no</b>", seconds=0.0)
+    assert "<b>proof of the orbit of paper/fig3c</b>" in none._repr_html_()
+    assert "&lt;b&gt;no&lt;/b&gt;" in none._repr_html_()
