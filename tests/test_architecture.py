@@ -237,10 +237,23 @@ def test_public_names_are_documented(name):
     parameters = dict(zip(sections[1::2], sections[2::2], strict=True)).get("Parameters", "")
     documented = {n.strip() for line in parameters.splitlines() if line and line[0] != " " for n in line.split(",")}
     assert documented == set(inspect.signature(thing).parameters)
+    if inspect.signature(thing).return_annotation not in (None, "None", inspect.Signature.empty):
+        assert "Returns" in sections[1::2]
 
 
-def test_all_is_what_dir_shows():
-    assert sorted(hm.__all__) == dir(hm)
+def test_dir_shows_all_names_and_the_rooms():
+    assert sorted({*hm.__all__, *hm._ROOMS, "__version__"}) == dir(hm)
+    assert set(RULES) - set(hm._ROOMS) == {
+        "cli",
+        "design",
+        "doctor",
+        "engine",
+        "files",
+        "notebook",
+        "physics",
+        "studio",
+    }
+    assert all(getattr(hm, name) is not None for name in dir(hm))
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = hm.nothing
 

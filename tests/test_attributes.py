@@ -74,3 +74,20 @@ def test_octave_reads_them(written):
     assert (float(gain), float(pitch)) == (again.gain, np.radians(12.7))
     assert units == "m"
     assert float(height) == again.final_state[2]
+
+
+def test_a_run_is_had_by_the_name_of_its_scenario():
+    assert hm.simulate("paper/fig3c", duration=1.0).gain == hm.simulate(hm.load("paper/fig3c"), duration=1.0).gain
+    with pytest.raises(hm.FileError, match="nowhere"):
+        hm.simulate("nowhere", duration=1.0)
+    with pytest.raises(hm.InputError, match=r"a scenario must be what helimag\.load gives.*; got int"):
+        hm.simulate(3)
+
+
+def test_a_proof_shows_itself_in_a_notebook_without_markup_of_its_own():
+    from helimag.proof import Proof
+
+    scenario = hm.load("paper/fig3c")
+    none = Proof(orbit=hm.Orbit(scenario=scenario, status="lost step"), reason="<b>no</b>", seconds=0.0)
+    assert "<b>proof of the orbit of paper/fig3c</b>" in none._repr_html_()
+    assert "&lt;b&gt;no&lt;/b&gt;" in none._repr_html_()

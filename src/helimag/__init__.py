@@ -43,16 +43,28 @@ _HOMES = {
 
 __all__ = list(_HOMES)
 
+# the rooms that have more to offer, for those who look around: helimag.plots, helimag.orbits, ...
+_ROOMS = (
+    *("calibration", "checks", "cite", "diagnosis", "ensembles", "errors", "geometry", "hydrodynamics", "orbits"),
+    *("outcomes", "plots", "proof", "quantities", "reproduce", "robot", "runs", "scenario", "sweeps", "vision"),
+)
+
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'helimag' has no attribute {name!r}")
     from importlib import import_module
 
+    if name in _ROOMS:
+        return import_module(f"helimag.{name}")
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("helimag")
+    if name not in _HOMES:
+        raise AttributeError(f"module 'helimag' has no attribute {name!r}")
     value = getattr(import_module(f"helimag.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*__all__, *_ROOMS, "__version__"])

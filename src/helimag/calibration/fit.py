@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from helimag import quantities as q
 from helimag.calibration.plan import CalibrationPlan
 from helimag.errors import InputError
+from helimag.notebook import summary
 from helimag.runs import versions, write_netcdf
 from helimag.runs.netcdf import read_netcdf
 from helimag.scenario import Input, Scenario
@@ -72,6 +73,19 @@ class Posterior:
     evidence: float
     evidence_sd: float
     evaluations: int
+
+    def __repr__(self) -> str:
+        return f"<Posterior {self.plan.name}: {len(self.samples)} samples of {', '.join(self.names)}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: 5, 50 and 95 % of each input, in the unit that files use."""
+        told = {}
+        for i, name in enumerate(self.names):
+            scale, unit = shown_unit(self, i)
+            low, middle, high = self.quantiles[:, i] / scale
+            told[name] = f"{middle:.5g} {unit} ({low:.5g} to {high:.5g})"
+        told["log evidence"] = f"{self.evidence:.1f} \N{PLUS-MINUS SIGN} {self.evidence_sd:.1f}"
+        return summary(f"{self.plan.name}: {len(self.samples)} samples", told)
 
     @cached_property
     def quantiles(self) -> Floats:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from helimag.geometry import long_axes
 from helimag.outcomes import End, Reason
 from helimag.runs.heights import Heights
 from helimag.runs.trajectory import Trajectory, versions
-from helimag.scenario import Scenario, drive_inputs, scalar_inputs
+from helimag.scenario import Scenario, as_scenario, drive_inputs, scalar_inputs
 
 Floats = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ OWN_SHARE = 0.4  # of the time of a run whose accuracy is looked for: the finer 
 
 
 def simulate(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     *,
     duration: float | str | None = None,
     interval: float | str | None = None,
@@ -44,7 +45,7 @@ def simulate(
     Parameters
     ----------
     scenario
-        What to run.
+        What to run, or its name or path as :func:`helimag.load` takes it.
     duration, interval
         Instead of the scenario's own: seconds, or text with a unit.
     initial_state
@@ -61,6 +62,11 @@ def simulate(
     progress
         Called with the fraction done, some times a second.
 
+    Returns
+    -------
+    Trajectory
+        The run, with its gain and verdict.
+
     Raises
     ------
     InputError
@@ -70,6 +76,7 @@ def simulate(
     """
     changes = {"run.duration": duration, "run.interval": interval}
     given = {path: value for path, value in changes.items() if value is not None}
+    scenario = as_scenario(scenario)
     states: Any = None if initial_state is None else [initial_state]
     (history,) = advance(
         [scenario.replaced(given) if given else scenario],
@@ -118,6 +125,11 @@ def simulate_many(
         CPU threads; default one a core.
     progress
         Called with the fraction done, some times a second.
+
+    Returns
+    -------
+    list of Trajectory
+        The runs, in the scenarios' order.
 
     Raises
     ------

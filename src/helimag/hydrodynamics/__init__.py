@@ -29,6 +29,11 @@ def resistance(device: Device, fluid: Fluid) -> NDArray[np.float64]:
     fluid
         ``scenario.fluid``.
 
+    Returns
+    -------
+    numpy.ndarray
+        (6, 6): force (N) and torque (N m) per velocity (m/s) and angular velocity (rad/s).
+
     Raises
     ------
     InputError

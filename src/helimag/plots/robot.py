@@ -128,22 +128,36 @@ def draw_cell(plan: ArmPlan) -> Figure:
         shown = [0] if plan.times.size < 3 else [0, plan.times.size // 2, plan.times.size - 1]
         shown = [i for i in shown if np.isfinite(plan.joints[i]).all()]
         parts = capsules(plan.cell, plan.joints[shown], reach)
+        middle = poses.position.mean(axis=0)
         for axes in (whole, close):
             for obstacle in plan.cell.obstacle:
                 if axes is whole or obstacle is plan.cell.tank:
                     _draw_box(axes, 1e3 * np.array(obstacle.low), 1e3 * np.array(obstacle.high))
-            _draw_arm(axes, parts.begin, parts.end, parts.names)
+            begin, end = (parts.begin, parts.end) if axes is whole else _within(parts.begin, parts.end, middle)
+            _draw_arm(axes, begin, end, parts.names)
             axes.plot(*(1e3 * poses.position.T), color=VERMILLION, linewidth=1.0)
             axes.set(xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)")
         _draw_axes_of_rotation(close, poses.position, poses.axis)
-        centre = poses.position.mean(axis=0)
         _frame(whole, np.concatenate([parts.begin[0], parts.end[0], [np.array(o.high) for o in plan.cell.obstacle]]))
-        close.set(**{f"{n}lim": 1e3 * np.array([c - CLOSE, c + CLOSE]) for n, c in zip("xyz", centre, strict=True)})
+        close.set(**{f"{n}lim": 1e3 * np.array([c - CLOSE, c + CLOSE]) for n, c in zip("xyz", middle, strict=True)})
+        close.locator_params(nbins=4)
         close.set_box_aspect((1, 1, 1), zoom=0.88)
         whole.set_title("cell; arm at start, middle and end")
         close.set_title("magnet: path and rotation axis")
         figure.suptitle(f"{plan.scenario.title}, {plan.cell.arm.name}\n{drive_inputs(plan.scenario)}", fontsize=8.0)
     return figure
+
+
+def _within(begin: Floats, end: Floats, middle: Floats) -> tuple[Floats, Floats]:
+    """What of each part lies within the view around the magnet; nan where nothing does."""
+    along = end - begin
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sides = np.stack([(middle - CLOSE - begin) / along, (middle + CLOSE - begin) / along])
+    enters, leaves = np.nan_to_num(sides.min(axis=0), nan=-np.inf), np.nan_to_num(sides.max(axis=0), nan=np.inf)
+    first = np.clip(enters.max(axis=-1, keepdims=True), 0.0, None)
+    last = np.clip(leaves.min(axis=-1, keepdims=True), None, 1.0)
+    seen = np.where(first <= last, 1.0, np.nan)
+    return (begin + first * along) * seen, (begin + last * along) * seen
 
 
 def _draw_arm(axes: Any, begin: Floats, end: Floats, names: tuple[str, ...]) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.notebook import summary
 from helimag.orbits import Orbit
 from helimag.proof.balls import arithmetic
 from helimag.proof.bending import COUNT, DIVISORS, bent_terms, bent_waves, moving, sampled
@@ -74,6 +75,16 @@ class Proof:
 
     def __repr__(self) -> str:
         return f"<Proof of {self.orbit.scenario.title}: {self.reason}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what is proved."""
+        told = {
+            "proved": self.reason,
+            "box of the orbit": f"{1e9 * self.box:.3g} nm" if math.isfinite(self.box) else "none",
+            "bound": f"{self.bound:.6g}" if math.isfinite(self.bound) else "none",
+            "certificate": "none" if self.certificate is None else self.certificate.hash[:12],
+        }
+        return summary(f"proof of the orbit of {self.orbit.scenario.title}", told)
 
 
 def prove(orbit: Orbit) -> Proof:

@@ -27,7 +27,7 @@ from helimag.scenario._fields import (
     Size,
     Time,
 )
-from helimag.scenario._files import load, parse, preset_names
+from helimag.scenario._files import as_scenario, load, parse, preset_names
 from helimag.scenario._meanings import meanings, models_in, schema
 from helimag.scenario._path import Path
 from helimag.scenario._refusals import messages, model_of
@@ -75,6 +75,7 @@ __all__ = [
     "Walls",
     "Weight",
     "Workspace",
+    "as_scenario",
     "check_apart",
     "drive_inputs",
     "load",

@@ -41,6 +41,11 @@ def _preset_folder() -> Any:
 def preset_names() -> list[str]:
     """Names of the presets, such as ``paper/fig3c``.
 
+    Returns
+    -------
+    list of str
+        In order of the alphabet.
+
     Examples
     --------
     >>> import helimag as hm
@@ -56,6 +61,28 @@ def preset_names() -> list[str]:
     )
 
 
+def as_scenario(scenario: Scenario | str | Path) -> Scenario:
+    """A scenario as it is, or loaded by its name or path.
+
+    Returns
+    -------
+    Scenario
+        Such as functions work with.
+
+    Raises
+    ------
+    FileError, InputError
+        As :func:`load` raises them, and where it is something else altogether.
+    """
+    if isinstance(scenario, (str, Path)):
+        return load(scenario)
+    if not isinstance(scenario, Scenario):
+        raise InputError(
+            f"a scenario must be what helimag.load gives, or a name that it takes; got {type(scenario).__name__}"
+        )
+    return scenario
+
+
 def load(scenario: str | Path) -> Scenario:
     """Load a scenario: the name of a preset, or the path of a TOML file.
 
@@ -63,6 +90,11 @@ def load(scenario: str | Path) -> Scenario:
     ----------
     scenario
         Such as ``"paper/fig3c"`` or ``"my-run.toml"``.
+
+    Returns
+    -------
+    Scenario
+        With every value in SI.
 
     Raises
     ------

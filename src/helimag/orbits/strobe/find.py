@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from helimag.orbits.strobe.problem import Floats, Ints, Problem
 from helimag.orbits.strobe.starts import default_box, on_grid, open_water, strobed
 from helimag.orbits.strobe.watching import Watch
 from helimag.outcomes import End, OrbitStatus
-from helimag.scenario import Scenario
+from helimag.scenario import Scenario, as_scenario
 
 SAME = 1e-5  # of the distance and in radians: two searches that end this near found one orbit
 RUN_DURATION, RUN_SAMPLES = 1800.0, 24  # s; states of a run that searches begin at
@@ -25,7 +26,7 @@ COARSE = (3, 3, 5)  # starts where a run led to no stable orbit
 
 
 def find_orbit(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     *,
     near: "Orbit | Floats | None" = None,
     thorough: bool = True,
@@ -36,7 +37,8 @@ def find_orbit(
     Parameters
     ----------
     scenario
-        Whose orbit. A circular or a straight run; the workspace limits it.
+        Whose orbit, or its name or path as :func:`helimag.load` takes it. A circular or a straight run; the workspace
+        limits it.
     near
         An orbit of similar inputs, or a state (7,) in the moving frame, to begin the search at. Default: begin at
         states along a run, and where that leads to no stable orbit, on a grid of places around the magnet.
@@ -56,7 +58,7 @@ def find_orbit(
     InputError
         Where the drive has no moving frame in which it repeats, or ``near`` is not a state.
     """
-    watch = Watch(progress)
+    scenario, watch = as_scenario(scenario), Watch(progress)
     problem = Problem([scenario], watch=watch)
     if near is not None:
         return _solved(problem, _state_of(near)[None])[0]
