@@ -49,7 +49,8 @@ def _grids(scenario: Scenario, device: str) -> list[Any]:
 @lru_cache(maxsize=64)
 def _table(body: Device, fluid: Fluid, kind: Any, device: str) -> dict[str, Any]:
     """One table as the kernels take it, wherever the wall is."""
-    with announced(f"making the table of drag near the {kind} for this device, once (some minutes) ..."):
+    waiting = f"making the table of drag near the {kind} for this device, once (some minutes) ..."
+    with announced(waiting, log=f"table of drag near the {kind}"):
         table = wall_table(body, kind)
     free = resistance(body, fluid)
     turn = OVERHEAD if kind == "surface" else 1.0
