@@ -239,12 +239,13 @@ def test_closed_surfaces_pass():
     ("corners", "words"),
     [
         (sphere(2).corners[1:], ["is open", "3 edges"]),
+        (sphere(1).corners[:1, [[0, 1, 2], [0, 2, 1]]][0], ["encloses nothing"]),
         (sphere(2).corners[:, ::-1], ["is inside out", "-4.19 m^3"]),
         (np.concatenate([sphere(2).corners[1:], sphere(2).corners[:1, ::-1]]), ["partly inside out", "3 edges"]),
         (two_balls(1.5), ["crosses itself", "pairs of triangles"]),
         (np.concatenate([sphere(2).corners, sphere(2).corners[:1]]), ["three or more", "3 edges"]),
     ],
-    ids=["open", "inside out", "one face turned", "crossing", "face twice"],
+    ids=["open", "flat", "inside out", "one face turned", "crossing", "face twice"],
 )
 def test_bad_surfaces_are_refused_with_what_is_wrong(corners, words):
     with pytest.raises(hm.InputError) as error:

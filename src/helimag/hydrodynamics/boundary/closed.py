@@ -20,13 +20,16 @@ def checked(corners: Floats, name: str) -> Mesh:
     Raises
     ------
     InputError
-        Where it is open, where neighbours face opposite ways, where it is inside out or where triangles cross.
+        Where it is open, where neighbours face opposite ways, where it encloses nothing, where it is inside out or
+        where triangles cross.
     """
     faces, vertices = _numbered(corners)
     flat = (faces[:, 0] == faces[:, 1]) | (faces[:, 1] == faces[:, 2]) | (faces[:, 2] == faces[:, 0])
     faces = faces[~flat]
     _check_edges(faces, vertices, name)
     mesh = Mesh(vertices[faces], _pieces(faces, len(vertices)))
+    if not abs(mesh.volume) > FLAT * float(np.ptp(mesh.corners, axis=(0, 1)).max()) ** 3:
+        raise InputError(f"{name} encloses nothing: its faces lie on each other; give it a thickness")
     if not mesh.volume > 0.0:
         raise InputError(
             f"{name} is inside out: it encloses {mesh.volume:.3g} m^3; reverse the order of every triangle's corners"
