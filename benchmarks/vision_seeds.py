@@ -178,11 +178,12 @@ def summary(angle: str, rows: list[Row]) -> bool:
         warnings.simplefilter("ignore", RuntimeWarning)  # means of nothing, where no session was spoilt, no run wobbled
         mean = {key: float(np.nanmean([row[key] for row in rows])) for key in rows[0]}
         worst = {key: float(np.nanmax(np.abs([row[key] for row in rows]))) for key in LIMITS}
+    spoilt = f"{mean['refused']:.1f} of {len(SPOILT)}" if np.isfinite(mean["refused"]) else "none tried"
     print(
         f"| {angle} | {len(rows)} | {mean['rms_mm']:.4f} | {worst['rms_mm']:.4f} | {mean['chi2']:.2f} | "
         f"{mean['chi2_x']:.2f} {mean['chi2_y']:.2f} {mean['chi2_z']:.2f} | {mean['chi2_attack']:.2f} | "
         f"{worst['wobble_percent']:.0f} % | "
-        f"{mean['y_inside']:.2f} | {mean['refused']:.1f} of {len(SPOILT)} |",
+        f"{mean['y_inside']:.2f} | {spoilt} |",
         flush=True,
     )
     within = all(value <= LIMITS[key] for key, value in worst.items() if np.isfinite(value))

@@ -41,6 +41,28 @@ def test_damaged_bytes(whole, flips, keep):
         assert np.isfinite(run.dataset["position"].values).all()
 
 
+def test_no_changed_byte_passes(whole):
+    """A file that HDF5 reads as other numbers, or over which it sits for ever, is refused by its checksum."""
+    content = whole.read_bytes()
+    damaged = whole.with_name("damaged.nc")
+    for place in range(0, len(content) - 80, 211):
+        damaged.write_bytes(content[:place] + bytes([content[place] ^ 0x10]) + content[place + 1 :])
+        with pytest.raises(hm.HelimagError, match=r"damaged\.nc is damaged: its content does not have the checksum"):
+            hm.Trajectory.load(damaged)
+    damaged.write_bytes(content[:-7])
+    with pytest.raises(hm.HelimagError, match="is damaged"):
+        hm.Trajectory.load(damaged)
+
+
+def test_what_other_programs_wrote_has_no_checksum_and_others_read_what_has_one(whole, tmp_path):
+    import h5py
+
+    with h5py.File(whole) as file:
+        assert np.array_equal(file["position"][:], np.ones((5, 3)))
+    (tmp_path / "plain.nc").write_bytes(whole.read_bytes()[:-80])
+    assert hm.Trajectory.load(tmp_path / "plain.nc").dataset.equals(RUN.dataset)
+
+
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [

@@ -1,6 +1,7 @@
 """Datasets into netCDF and out of it: a full disk or a damaged file is an error of ours, never the HDF5 library's."""
 
 import io
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,8 @@ from helimag.files import replacing
 if TYPE_CHECKING:
     import xarray
 
+SEAL = b"\nhelimag sha256 "  # and 64 digits behind the HDF5 content: readers of HDF5 pass over what follows its end
+SEALED = len(SEAL) + 64
 EXPANSION = 1000  # bytes of numbers that a byte of file may hold; more, and its sizes are damaged
 
 
@@ -19,7 +22,8 @@ def write_netcdf(dataset: "xarray.Dataset", path: str | Path) -> None:
     """Write netCDF that xarray, MATLAB (``ncread``) and any HDF5 reader open.
 
     The file is made in memory and written as a whole, beside first, then renamed: the HDF5 library may end the process
-    where it cannot write.
+    where it cannot write. Behind its content stands a checksum: a damaged file may read as other numbers, and keeps the
+    HDF5 library busy for ever, out of reach of Ctrl-C.
 
     Raises
     ------
@@ -37,7 +41,29 @@ def write_netcdf(dataset: "xarray.Dataset", path: str | Path) -> None:
         _fix_texts(whole)
         whole.visititems(lambda _, part: _fix_texts(part))
     with replacing(path) as beside:
-        beside.write_bytes(content.getbuffer())
+        beside.write_bytes(sealed(content.getvalue()))
+
+
+def sealed(content: bytes) -> bytes:
+    """The content with its checksum behind it."""
+    return content + SEAL + sha256(content).hexdigest().encode()
+
+
+def unsealed(content: bytes, path: Path) -> bytes:
+    """The content without the checksum; what other programs wrote has none.
+
+    Raises
+    ------
+    FileError
+        Where the two do not agree.
+    """
+    place = content.rfind(SEAL, max(0, len(content) - SEALED))
+    if place < 0:
+        return content
+    inner = content[:place]
+    if content[place + len(SEAL) :] != sha256(inner).hexdigest().encode():
+        raise FileError(f"{path} is damaged: its content does not have the checksum that it was written with")
+    return inner
 
 
 def _fix_texts(part: Any) -> None:
@@ -67,7 +93,7 @@ def read_netcdf(path: str | Path) -> "xarray.Dataset":
     if place.is_dir():
         raise FileError(f"{path} is a directory; name a file in it")
     try:
-        content = place.read_bytes()
+        content = unsealed(place.read_bytes(), place)
         with h5py.File(io.BytesIO(content)) as whole:  # where this fails in h5netcdf, it complains once more when freed
             whole.attrs.get("_nc3_strict")
         with xarray.open_dataset(io.BytesIO(content), engine="h5netcdf", decode_timedelta=False) as opened:
