@@ -4,8 +4,18 @@ import numpy as np
 
 from helimag import calibration as cal
 
+FREE = {"device.weight.net_weight": (51.6e-6, 1e-6), "fluid.viscosity": (1.0, 0.05)}
 
-def posterior(base, samples, *, factors=(), name="run"):
+
+def fit_of(scenario, *, free=FREE, samples=20, title="a fit"):
+    """A fit of one run of a scenario, with normal samples of the free inputs (mean and deviation, SI)."""
+    means, deviations = np.array(list(free.values())).T
+    drawn = means + deviations * np.random.default_rng(3).standard_normal((samples, len(free)))
+    drawn[0] = means
+    return posterior(scenario, dict(zip(free, drawn.T, strict=True)), title=title)
+
+
+def posterior(base, samples, *, factors=(), name="run", title="calibration"):
     """A fit of free inputs (by path) to samples (n,) of each, SI; the first sample is the likeliest."""
     free = [
         {"input": path, "prior": "uniform", "low": min(values), "high": max(values) + 1.0, "factor": path in factors}
@@ -22,7 +32,7 @@ def posterior(base, samples, *, factors=(), name="run"):
     table = np.array(list(samples.values())).T
     count = len(table)
     return cal.Posterior(
-        plan=cal.CalibrationPlan.model_validate({"run": [run], "free": free}),
+        plan=cal.CalibrationPlan.model_validate({"name": title, "run": [run], "free": free}),
         names=tuple(samples),
         units=tuple("1" for _ in samples),
         samples=table,

@@ -42,7 +42,6 @@ def test_branch_is_printed_and_drawn(monkeypatch, capsys, tmp_path):
     [
         (["orbit", "nose-first/fig3c", "--vary", "drive.pitch"], "--from and --to"),
         (["orbit", "nose-first/fig3c", "--from", "8 deg"], "--vary"),
-        (["orbit", "nose-first/fig3c", "-o", "x.png"], "--vary"),
         (
             ["orbit", "nose-first/fig3c", "--all", "--vary", "drive.pitch", "--from", "8 deg", "--to", "9 deg"],
             "--all lists",

@@ -2,11 +2,21 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import Parameter
-
-from helimag.cli._shared import DATA, Json, check_target, print_json, progress_bar, quantity
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
+    Outputs,
+    check_outputs,
+    drawn,
+    files_report,
+    print_files,
+    the_one,
+    write_outputs,
+)
+from helimag.cli._shared import print_json, progress_bar, quantity
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,10 +28,10 @@ if TYPE_CHECKING:
 def calibrate(
     plan: Path,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: Outputs = None,
     threads: int | None = None,
     next_runs: bool = True,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Find which devices agree with what was observed of runs.
 
@@ -30,25 +40,26 @@ def calibrate(
     plan
         TOML: runs with what was observed of them, and the inputs that are free, with their priors.
     output
-        netCDF file of the posterior. A calibration that was stopped goes on when the same command is given again.
+        Write the posterior (.nc; must be named) and a figure of it (.png, .svg, .pdf) to this file. May be repeated. A
+        calibration that was stopped goes on when the same command is given again.
     threads
         CPU threads; default one a core.
     next_runs
         Whether to say which run would tell most next.
     """
-    if output.suffix.lower() != DATA:
-        raise InputError(f"--output must end in {DATA} (netCDF); got '{output}'")
-    check_target(output)
+    check_outputs(output, DATA, FIGURE)
+    target = the_one(output, DATA)
     from helimag import calibration
 
     with progress_bar(f"calibrating {plan.name}") as progress:
-        fit = calibration.calibrate(plan, output=output, threads=threads, progress=progress)
+        fit = calibration.calibrate(plan, output=target, threads=threads, progress=progress)
+    write_outputs(output, {DATA: lambda _: None, FIGURE: drawn(lambda plots: plots.draw_fit(fit))})
     found = calibration.findings(fit)
     worths = calibration.worths(fit, threads=threads) if next_runs else []
-    if json:
+    if common.json:
         told = [{"run": each.name, "spread": each.spread, "told_nats": each.told} for each in worths]
-        report = calibration.as_json(fit) | {"findings": found.as_json(), "next_runs": told, "file": str(output)}
-        print_json(report)
+        report = calibration.as_json(fit) | {"findings": found.as_json(), "next_runs": told}
+        print_json(report | files_report(output))
         return
     print(f"{fit.plan.name}: {len(fit.samples)} samples from {fit.evaluations} likelihoods")
     print(_table(fit))
@@ -58,7 +69,8 @@ def calibrate(
         print("next, most telling first:")
         for each in worths[:3]:
             print(f"  {each.text}")
-    print(f"log evidence {fit.evidence:.1f} +- {fit.evidence_sd:.1f}; written to {output}")
+    print(f"log evidence {fit.evidence:.1f} ± {fit.evidence_sd:.1f}")
+    print_files(output)
 
 
 def _table(fit: "Posterior") -> str:

@@ -5,18 +5,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter, validators
 
+from helimag.cli._common import PLAIN, Common
 from helimag.cli._found_orbits import orbit_report
-from helimag.cli._shared import (
-    Changes,
-    Json,
-    ScenarioName,
-    check_target,
-    input_range,
-    print_json,
-    progress_bar,
-    quantity,
-    scenario_from,
-)
+from helimag.cli._outputs import SCENARIO, Outputs, check_outputs, files_report, print_files, write_outputs
+from helimag.cli._shared import Changes, ScenarioName, input_range, print_json, progress_bar, quantity, scenario_from
 from helimag.cli.calibration import DrawOptions
 
 if TYPE_CHECKING:
@@ -45,8 +37,8 @@ def design(
     noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
     displacement: str | None = None,
     seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    json: Json = False,
+    output: Outputs = None,
+    common: Common = PLAIN,
 ) -> None:
     """Find inputs whose orbit is stable with the largest margin, with tolerances that full runs confirm.
 
@@ -68,13 +60,11 @@ def design(
     seed
         With --ensemble: of the draws; 0 if left out.
     output
-        Write the designed scenario to this TOML file.
+        Write the designed scenario (.toml) to this file. May be repeated.
     """
-    if output is not None:
-        check_target(output)
+    check_outputs(output, SCENARIO)
     from helimag import quantities
     from helimag.design import design as find_inputs
-    from helimag.files import replacing
 
     chosen = scenario_from(scenario, changes)
     limits = dict(input_range("--limit", chosen, text) for text in limit) if limit else None
@@ -89,15 +79,19 @@ def design(
             runs=runs,
             progress=progress,
         )
-    if output is not None:
-        with replacing(output) as beside:
-            beside.write_text(result.scenario.to_toml(), encoding="utf-8")
-    if json:
-        print_json(_report(result))
+    write_outputs(output, {SCENARIO: lambda path: _write(result, path)})
+    if common.json:
+        print_json(_report(result) | files_report(output))
         return
     print(result.text)
-    if output is not None:
-        print(f"written to {output}")
+    print_files(output)
+
+
+def _write(result: "Design", path: Path) -> None:
+    from helimag.files import replacing
+
+    with replacing(path) as beside:
+        beside.write_text(result.scenario.to_toml(), encoding="utf-8")
 
 
 def _devices(scenario: "Scenario", fit: Path | None, options: DrawOptions, count: int) -> "Devices | None":

@@ -1,7 +1,7 @@
 """Sweeps: many runs by plan, a store that survives interruption, threads or a cluster, a verdict's boundary."""
 
 from helimag.sweeps.boundary import BoundaryLine, boundary_line
-from helimag.sweeps.export import axis_names, counts, export, load_sweep
+from helimag.sweeps.export import axis_names, counts, export, load_sweep, swept_in
 from helimag.sweeps.nodes import Nodes, nodes_of
 from helimag.sweeps.plan import (
     Axis,
@@ -40,5 +40,6 @@ __all__ = [
     "parse_plan",
     "resolve",
     "sweep",
+    "swept_in",
     "with_ensemble",
 ]

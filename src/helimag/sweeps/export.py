@@ -55,6 +55,21 @@ def load_sweep(path: str | Path) -> "xarray.Dataset":
     return opened
 
 
+def swept_in(dataset: "xarray.Dataset") -> "xarray.Dataset":
+    """A sweep that :func:`export` wrote as netCDF, as :func:`load_sweep` gives its store.
+
+    Raises
+    ------
+    InputError
+        Where the dataset is none.
+    """
+    missing = [name for name in (*SCALARS, "verdict", "reason") if name not in dataset]
+    missing += [name for name in ("plan", "scenario", "title") if name not in dataset.attrs]
+    if missing:
+        raise InputError(f"a sweep needs {', '.join(missing)}")
+    return dataset.set_coords([name for name in dataset.data_vars if "shown_in" in dataset[name].attrs])
+
+
 @contextmanager
 def _damage(path: Path) -> Iterator[None]:
     """What reading a damaged file may raise, as one line that names it."""
