@@ -442,7 +442,8 @@ def test_a_plan_reads_back_as_written(place):
     [
         ('"0.2 mm"', "0.2", "text with a unit"),
         ('"0.2 mm"', '"0.2 s"', "not in a unit of length"),
-        ('"0.05 mm"', '"0 mm"', "sd must be above zero"),
+        ('"0.05 mm"', '"0 mm"', "sd must be above zero, by 1e-12 in SI units at least; got '0 mm'\n"),
+        ('"0.05 mm"', '"1e-300 mm"', "sd must be above zero"),
         ('"rise"', '"height"', "must be one of output, gain"),
         ('source = "camera"', "", "source is missing"),
         ('source = "camera"', 'source = "camera"\ntime = "1 s"', "time is not a known key"),

@@ -14,6 +14,8 @@ from helimag.scenario import Part, Scenario, Size, Time, messages, model_of, pre
 
 Value = float | str
 
+LEAST_SD = 1e-12  # SI; no run is computed as well, and squares of what is missed by far more have no number
+
 
 def si(given: Value, kind: q.Kind | None, what: str) -> float:
     """SI value of text with a unit, or of a number; ``what`` names it in messages.
@@ -60,8 +62,8 @@ class ObservedNumber(Part):
             for name, given in (("value", self.value), ("sd", self.sd)):
                 if not isinstance(given, str):
                     raise InputError(f".{name} must be text with a unit, such as '1 mm'; got {given!r}")
-        if not self.numbers[1] > 0.0:
-            raise InputError(f".sd must be above zero; got {self.sd!r}")
+        if not self.numbers[1] >= LEAST_SD:
+            raise InputError(f".sd must be above zero, by {LEAST_SD:g} in SI units at least; got {self.sd!r}")
         return self
 
 

@@ -15,7 +15,10 @@ FORMS = {"sphere", "spheroid", "cylinder", "end", "angles"}  # of a head and of 
 
 def messages(error: ValidationError) -> Iterator[str]:
     """One line a problem, naming field, expectation and value."""
-    for problem in error.errors():
+    problems = error.errors()
+    for problem in problems:
+        if problem["type"] == "too_short" and any(_within(other["loc"], problem["loc"]) for other in problems):
+            continue  # an entry that is refused is not counted, and its own line says why
         steps = [str(step) for step in problem["loc"]]
         kept = [step for i, step in enumerate(steps) if not (step in FORMS and i == 2)]
         where = ".".join([*kept, ""]).replace("magnet.0.", "magnet.").removesuffix(".")
@@ -30,6 +33,10 @@ def messages(error: ValidationError) -> Iterator[str]:
                 yield f"{where}{text}" if text.startswith(".") else f"{where} {text}".strip()
             case _:
                 yield f"{where}: {text[0].lower()}{text[1:]}; got {_short(problem['input'])}"
+
+
+def _within(inner: tuple[int | str, ...], outer: tuple[int | str, ...]) -> bool:
+    return len(inner) > len(outer) and inner[: len(outer)] == outer
 
 
 def _short(value: object) -> str:
