@@ -38,9 +38,7 @@ def to_chart(reference: State, state: State) -> Place:
         y = -y
         z = -z
     scale = TWO / wp.sqrt(w * w + x * x)
-    return Place(
-        state[0], state[1], state[2], scale * (y * w - z * x), scale * (z * w + y * x), TWO * wp.atan2(x, w)
-    )
+    return Place(state[0], state[1], state[2], scale * (y * w - z * x), scale * (z * w + y * x), TWO * wp.atan2(x, w))
 
 
 @wp.func

@@ -55,6 +55,11 @@ class System:
         """Structure that describes a drive to ``pose``."""
         return self.pose.input_types["drive"]
 
+    @property
+    def repeats(self) -> bool:
+        """Whether the equations may repeat after a turn of the magnet: no path but the closed form, in open water."""
+        return self.pose is rpm_pose and self.medium == OPEN_WATER
+
 
 def system_of(scenario: Scenario) -> System:
     """The formulas that a scenario asks for."""

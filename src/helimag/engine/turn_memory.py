@@ -79,9 +79,7 @@ def memory_reader(memory: Any) -> Callable[[], list[dict[str, NDArray[np.float64
 
     def remembered() -> list[dict[str, NDArray[np.float64]]]:
         values = {name: read() for name, read in readers.items()}
-        return [
-            {name: value[run].copy() for name, value in values.items()} for run in range(memory.jacobians.shape[0])
-        ]
+        return [{name: value[run].copy() for name, value in values.items()} for run in range(memory.jacobians.shape[0])]
 
     return remembered
 
