@@ -7,11 +7,14 @@ import re
 import zipfile
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 import browser
 import helimag as hm
+from fits import fit_of
+from helimag import calibration as cal
 
 missing = browser.lacking()
 pytestmark = pytest.mark.skipif(missing is not None, reason=str(missing))
@@ -268,11 +271,51 @@ def test_the_map_of_stability_has_its_exact_boundary(quick):
     assert int(quick.get_attribute(by("map"), "data-cells")) >= 81
 
 
+def test_tolerances_say_how_far_they_are_and_stop(quick):
+    quick.click(by("tab-map"))
+    quick.click(by("map-design"))
+    quick.wait_for_function(
+        "() => /errors ... [0-9]+%/.test(document.querySelector('[data-testid=map-status]').innerText)"
+    )
+    quick.click(by("map-stop"))
+    assert quick.inner_text(by("map-status")) == "stopped"
+    typed(quick, "drive.pitch", "12")
+    assert quick.inner_text(by("map-status")) == "stopped"
+    assert quick.get_attribute(by("map"), "data-box") == ""
+
+
+@pytest.mark.nightly
+def test_the_tolerances_are_drawn_and_gone_to(quick):
+    """The box lies on the map, its middle is where the sliders go, and all its corners stay."""
+    quick.click(by("tab-map"))
+    quick.click(by("map-design"))
+    quick.wait_for_function("() => document.querySelector('[data-testid=map]').dataset.box", timeout=900_000)
+    x, y, dx, dy = (float(value) for value in quick.get_attribute(by("map"), "data-box").split())
+    assert "runs with all inputs off stay" in quick.inner_text(by("map-status"))
+    pictured(quick, "studio-tolerances")
+    before = number(quick)
+    quick.click(by("map-go"))
+    settled(quick, before)
+    assert value_of(quick, "drive.frequency") == pytest.approx(x, rel=1e-9)
+    assert value_of(quick, "drive.pitch") == pytest.approx(y, rel=1e-9)
+    for right in (-0.9, 0.9):
+        for up in (-0.9, 0.9):
+            place = {"drive.frequency": f"{x + right * dx} Hz", "drive.pitch": f"{y + up * dy} deg"}
+            assert hm.simulate(QUICK.replaced({**place, "run.duration": "900 s"})).verdict.inside
+
+
+def hdf5_of_nothing():
+    content = io.BytesIO()
+    with h5py.File(content, "w"):
+        pass
+    return content.getvalue()
+
+
 def test_a_bad_file_is_refused_with_a_clear_message(page):
     files = {
         "upload-scenario": ("x.toml", b"name = <script>", "is not valid TOML"),
         "upload-run": ("x.nc", b"not netCDF", "cannot be read as netCDF"),
-        "upload-calibration": ("x.toml", b'[inputs]\n"fluid.viscosity" = 3', "texts with units"),
+        "upload-calibration": ("x.nc", hdf5_of_nothing(), "plan must hold the scenarios"),
     }
     for tab in ("compare", "ensemble"):
         page.click(by(f"tab-{tab}"))
@@ -312,7 +355,7 @@ def test_the_robot_programme_is_checked_and_downloads(page):
         assert archive.read("paper_fig3c.src").startswith(b"&ACCESS")
 
 
-def test_explain_and_ensemble_answer(quick):
+def test_explain_answers(quick):
     page = quick
     page.click(by("tab-explain"))
     page.click(by("explain-start"))
@@ -320,12 +363,28 @@ def test_explain_and_ensemble_answer(quick):
     longer = hm.simulate(QUICK.replaced({"drive.distance": "157.5 mm"}))
     assert f"157.5 mm: {longer.verdict}, gain {longer.gain:.3f}" in page.inner_text(by("effects"))
     pictured(page, "studio-explain")
+
+
+def test_probabilities_of_a_calibration(quick, tmp_path):
+    """As helimag.calibration predicts them; a fit of another device is told as such."""
+    page = quick
+    fit = fit_of(QUICK)
+    fit.save(tmp_path / "fit.nc")
     page.click(by("tab-ensemble"))
-    downloaded(page, lambda: page.click(by("ensemble-example")))
+    page.set_input_files(f"{by('upload-calibration')} input[type=file]", tmp_path / "fit.nc")
+    page.wait_for_selector("text=Calibration 'a fit': 20 samples of device.weight.net_weight, fluid.viscosity")
+    page.fill(by("error-displacement"), "0.2")
     page.click(by("ensemble-start"))
     page.wait_for_function(
         "() => document.querySelector('[data-testid=ensemble-status]').innerText.startsWith('of 64 copies')",
     )
+    found = cal.predict(QUICK, fit, noise=cal.Noise(displacement=0.2e-3), draws=64).runs
+    assert page.inner_text(by("ensemble-status")) == found.text
+    pictured(page, "studio-ensemble")
+    assert page.inner_text(by("ensemble-other")) == ""
+    typed(page, "device.helix.length", "12")
+    assert "of another device: device.helix.length differ" in page.inner_text(by("ensemble-other"))
+    assert page.inner_text(by("ensemble-status")) == "the inputs have changed since; run the copies again"
 
 
 def test_it_plays_and_scrubs(page):

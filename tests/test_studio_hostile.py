@@ -21,7 +21,6 @@ from helimag.studio.intake import (  # noqa: E402
     scenario_from_bytes,
     scenario_from_link,
 )
-from helimag.studio.spreads import spread_from_bytes  # noqa: E402
 
 GOOD = hm.load("paper/fig3c").to_toml()
 BODY = 'weight = { net_weight = "1 uN", gravity_center = "0 mm" }'
@@ -128,22 +127,6 @@ def test_a_hostile_run_is_refused(suffix, content, tmp_path, monkeypatch):
         run_from_bytes(content, suffix, 0.15)
     assert list(tmp_path.iterdir()) == []
     assert str(tmp_path) not in str(refusal.value)
-
-
-HOSTILE_SPREADS = {
-    "another table": b"[other]\na = 1",
-    "another input": b'[inputs]\n"__class__.__init__" = { mean = "1 s", sd = "1 s" }',
-    "a number without unit": b'[inputs]\n"fluid.viscosity" = { mean = 1.0, sd = 0.1 }',
-    "no spread": b'[inputs]\n"fluid.viscosity" = { mean = "1 Pa s", sd = "0 Pa s" }',
-    "too many": b"[inputs]\n" + b"".join(b'"a%d" = {low = "1 s", high = "2 s"}\n' % i for i in range(50)),
-    "nothing": b"",
-}
-
-
-@pytest.mark.parametrize("content", HOSTILE_SPREADS.values(), ids=HOSTILE_SPREADS)
-def test_a_hostile_calibration_is_refused(content):
-    with pytest.raises(HelimagError):
-        spread_from_bytes(content, hm.load("paper/fig3c"))
 
 
 def said(port, request, *, rest=b""):

@@ -22,7 +22,7 @@ from helimag.studio.answer import Stage  # noqa: E402
 from helimag.studio.downloads import as_csv, file_name, zipped  # noqa: E402
 from helimag.studio.jobs import Job  # noqa: E402
 from helimag.studio.knobs import BY_PATH, CHOICES, DIRECTION, KNOBS, present  # noqa: E402
-from helimag.studio.live import Live  # noqa: E402
+from helimag.studio.live import Live, first_run  # noqa: E402
 from helimag.studio.mapping import NODES, STEPS, Axis2D, MapPlane, gain_cells  # noqa: E402
 from helimag.studio.panels.tour import Side, stops  # noqa: E402
 from helimag.studio.picture import overlaid, pictured  # noqa: E402
@@ -192,10 +192,52 @@ def test_a_run_that_nobody_waits_for_is_given_up():
     assert {given.number for given in news if given.stage is not Stage.FIRST} == {2}
 
 
-def test_a_long_run_is_first_answered_for_its_beginning():
-    news, _ = heard(lambda live: live.ask(SHORT.replaced({"run.duration": "1200 s"})))
-    assert [given.stage for given in news] == [Stage.FIRST, Stage.WHOLE, Stage.AFTERWARDS]
-    assert news[0].run.dataset["time"].values[-1] == pytest.approx(200.0)
+LONG = SHORT.replaced({"run.duration": "1200 s"})
+
+
+def test_a_long_run_is_first_answered_by_leaps():
+    """All of it, close to the run itself."""
+    first = first_run(LONG, lambda _: None)
+    assert first.dataset["time"].values[-1] == 1200.0
+    assert first.dataset.attrs["share_of_turns_leapt_over"] > 0.5
+    assert first.gain == pytest.approx(hm.simulate(LONG).gain, rel=1e-4)
+
+
+def test_the_whole_answer_is_of_the_run_itself():
+    news, _ = heard(lambda live: live.ask(LONG))
+    stages = [given.stage for given in news]
+    assert stages == sorted(stages, key=list(Stage).index)  # a first answer that is late is not told
+    assert stages[-2:] == [Stage.WHOLE, Stage.AFTERWARDS]
+    assert news[-2].answer.gain == hm.simulate(LONG).gain
+    assert "share_of_turns_leapt_over" not in news[-2].run.dataset.attrs
+
+
+def test_without_leaps_the_beginning_is_the_first_answer(monkeypatch):
+    """Where walls hold; and where the device slips, so that leaps take as long as the run."""
+    held = first_run(LONG.replaced({"workspace.contact": "hold", "workspace.floor": "-60 mm"}), lambda _: None)
+    assert held.dataset["time"].values[-1] == pytest.approx(200.0)
+    monkeypatch.setattr("helimag.studio.live.TEDIOUS", -1.0)
+    monkeypatch.setattr("helimag.engine.running.PATIENCE", 1e-4)  # so that it is looked at before it ends
+    assert first_run(LONG, lambda _: None).dataset["time"].values[-1] == pytest.approx(200.0)
+
+
+def test_the_outlook_waits_for_the_hand(monkeypatch):
+    """What becomes of the device is not looked for while questions follow each other."""
+    monkeypatch.setattr("helimag.studio.live.REST", 1.5)
+    news, told = [], threading.Event()
+
+    def tell(given):
+        news.append(given)
+        if given.stage is Stage.WHOLE:
+            told.set()
+
+    live = Live(tell)
+    for pitch in (0.15, 0.16, 0.17):
+        told.clear()
+        live.ask(SHORT.replaced({"drive.pitch": pitch}))
+        assert told.wait(60.0)
+    live.close()
+    assert [given.stage for given in news] == [Stage.WHOLE] * 3
 
 
 def test_a_run_that_cannot_be_says_why_and_the_next_is_answered():

@@ -179,7 +179,7 @@ def _read(dataset: "xarray.Dataset") -> Posterior:
         return tuple(str(word) for word in dataset[name].values.tolist())
 
     return Posterior(
-        plan=CalibrationPlan.model_validate(tomllib.loads(dataset.attrs["plan"])),
+        plan=CalibrationPlan.model_validate(tomllib.loads(str(dataset.attrs["plan"]))),
         names=words("input"),
         units=words("input_units"),
         samples=numbers("samples", "sample", "input"),

@@ -9,8 +9,10 @@ watched), ``loop`` (the kernel), ``batch`` and ``running`` (launches on threads)
 from helimag.engine.accuracy import Accuracy, accuracy_of
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.control import Control
+from helimag.engine.events import FALL_LIMIT
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
+from helimag.engine.leaping import leaps_hold
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.methods import DOP853, MULTIREVOLUTION, Method
 from helimag.engine.moving import shifted, to_lab, to_moving
@@ -37,6 +39,7 @@ from helimag.engine.system import (
 
 __all__ = [
     "DOP853",
+    "FALL_LIMIT",
     "MAGNET_MODELS",
     "MULTIREVOLUTION",
     "OPEN_WATER",
@@ -60,6 +63,7 @@ __all__ = [
     "forward",
     "initial_gap",
     "lag_vector",
+    "leaps_hold",
     "pack_bodies",
     "pack_drives",
     "pack_magnets",

@@ -120,9 +120,8 @@ def way_of(
     way.end = begin
     way.room = ONE
     top = top_of(curve)
-    look = int(
-        FIRST_LOOK
-    )  # no turn goes farther than a third of what is to be kept: where there is room, some need no look
+    # no turn goes farther than a third of what is to be kept: where there is room, some need no look
+    look = int(FIRST_LOOK)
     for j in range(turns):
         at = number + wp.float64(j)
         way.end = next_turn(jacobian, curve, weights_at(curve, at), way.end)

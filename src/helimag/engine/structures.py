@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 @cache  # Warp works it out anew at each call, which is a third of the time that a short run is packed in
 def _layout(kind: Any) -> Any:
     """How NumPy sees a Warp structure."""
-    return np.dtype(kind.numpy_dtype())
+    layout: np.dtype[np.void] = np.dtype(kind.numpy_dtype())
+    return layout
 
 
 def reader(array: Any) -> Callable[[], NDArray[Any]]:

@@ -12,11 +12,14 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+from helimag.calibration import Posterior
 from helimag.errors import FileError, InputError
 from helimag.runs import Trajectory, import_track
 from helimag.scenario import Scenario, parse
+from helimag.studio.hdf5 import attribute_of, check_netcdf
 
 MOST_TEXT = 256 * 2**10  # bytes of a scenario
+MOST_PLAN = 2 * 2**20  # bytes of a calibration's plan, which holds a scenario for each of its runs
 MOST_RUN = 16 * 2**20  # bytes of a run
 DEEPEST = 12  # levels of a scenario's tables and lists; it has six
 LONGEST_RUN = 36_000.0  # s that a browser may ask for
@@ -32,19 +35,39 @@ def scenario_from_text(text: str, source: str = "the file") -> Scenario:
     InputError
         Where it is too large, no scenario, names a file, or would keep the server busy for hours.
     """
-    if len(text.encode("utf-8", "replace")) > MOST_TEXT:
-        raise InputError(f"{source} must have {MOST_TEXT // 1024} kB at most")
+    tables_of(text, source, MOST_TEXT)
+    return bounded(parse(text, source))
+
+
+def tables_of(text: str, source: str, most: int) -> dict[str, Any]:
+    """TOML that someone sent, not too large or deep, and without a file of this machine in it.
+
+    Raises
+    ------
+    InputError
+        Where it is none of that.
+    """
+    if len(text.encode("utf-8", "replace")) > most:
+        raise InputError(f"{source} must have {most // 1024} kB at most")
     if max(_depth(text), 0) > DEEPEST:
         raise InputError(f"{source} must not be nested deeper than {DEEPEST} levels")
     try:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
         raise InputError(f"{source} is not valid TOML: {str(error)[:200]}") from None
-    device = data.get("device")
-    body: Any = device.get("body") if isinstance(device, dict) else None
-    if isinstance(body, dict) and "file" in body:
+    if _names_a_file(data):
         raise InputError(f"{source} must not name a file of this machine (device.body.file); use the command line")
-    return bounded(parse(text, source))
+    return data
+
+
+def _names_a_file(data: Any) -> bool:
+    """Whether there is a body with a file somewhere; tables lie no deeper than was checked."""
+    if isinstance(data, list):
+        return any(_names_a_file(each) for each in data)
+    if not isinstance(data, dict):
+        return False
+    body = data.get("body")
+    return (isinstance(body, dict) and "file" in body) or any(_names_a_file(each) for each in data.values())
 
 
 def bounded(scenario: Scenario) -> Scenario:
@@ -140,6 +163,8 @@ def run_from_bytes(content: bytes, suffix: str, initial_gap: float) -> Trajector
         raise InputError(f"a run's file must have {MOST_RUN // 2**20} MB at most; it has {len(content) // 2**20}")
     if suffix not in {".nc", ".csv"}:
         raise InputError("a run's file must end in .nc (from 'helimag simulate -o') or .csv (a measured track)")
+    if suffix == ".nc":
+        check_netcdf(content)
     with tempfile.TemporaryDirectory(prefix="helimag-studio-") as folder:
         place = Path(folder) / f"upload{suffix}"
         place.write_bytes(content)
@@ -147,5 +172,32 @@ def run_from_bytes(content: bytes, suffix: str, initial_gap: float) -> Trajector
             if suffix == ".nc":
                 return Trajectory.load(place)
             return import_track(place, initial_gap=initial_gap, name="measured")
+        except (InputError, FileError) as error:
+            raise type(error)(str(error).replace(str(place), "the file")) from None
+
+
+def fit_from_bytes(content: bytes) -> Posterior:
+    """A calibration uploaded as a file, as ``helimag calibrate`` writes it.
+
+    Raises
+    ------
+    InputError
+        Where it is none, or its plan names a file of this machine.
+    FileError
+        Where it is damaged.
+    """
+    if len(content) > MOST_RUN:
+        raise InputError(f"a calibration must have {MOST_RUN // 2**20} MB at most; it has {len(content) // 2**20}")
+    check_netcdf(content)
+    tables = tables_of(attribute_of(content, "plan"), "the calibration's plan", MOST_PLAN)
+    runs = tables.get("run")
+    whole = isinstance(runs, list) and all(isinstance(run, dict) and isinstance(run.get("base"), dict) for run in runs)
+    if not runs or not whole:
+        raise InputError("the calibration's plan must hold the scenarios of its runs; make it with helimag calibrate")
+    with tempfile.TemporaryDirectory(prefix="helimag-studio-") as folder:
+        place = Path(folder) / "upload.nc"
+        place.write_bytes(content)
+        try:
+            return Posterior.load(place)
         except (InputError, FileError) as error:
             raise type(error)(str(error).replace(str(place), "the file")) from None

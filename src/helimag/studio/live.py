@@ -1,15 +1,17 @@
-"""The live run of a tab: a worker that always computes what was asked last, and never blocks the page.
+"""The live run of a tab: workers that always compute what was asked last, and never block the page.
 
 Asking is instant. Whatever was on its way for an older question is given up, and nothing is replayed; the last question
-is always answered. A run is first shown for its beginning, then as a whole, then with what becomes of the device after
-it. The kernels run outside of Python's lock, so a thread is enough.
+is always answered. Two threads answer it, side by side: one at once, by leaps over turns of the magnet where those hold
+and with the run's beginning where they do not; the other with the run as the command line has it, and then, when the
+hand rests, with what becomes of the device after it. The kernels run outside of Python's lock, so threads are enough.
 """
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from helimag.engine import simulate
+from helimag.engine import leaps_hold, simulate, system_of
 from helimag.errors import HelimagError
 from helimag.orbits import explain
 from helimag.runs import Trajectory
@@ -17,12 +19,19 @@ from helimag.scenario import Scenario
 from helimag.studio.answer import Answer, Stage, answered
 from helimag.studio.picture import Picture, pictured
 
-SHARE = 6.0  # the first answer is of a run this much shorter
+SHARE = 6.0  # without leaps, the first answer is of a run this much shorter
 QUICK = 600.0  # s; a run this short is shown as a whole at once
+TEDIOUS = 0.15  # s in which leaps must come half way to be a first answer
+STILL = 0.06  # s without another question, where answers are behind the hand, before a whole run is begun
+REST = 0.3  # s without another question before it is asked what becomes of the device after its run
 
 
 class Superseded(Exception):
     """Something newer was asked."""
+
+
+class _Tedious(Exception):
+    """Leaps that take too long to be a first answer."""
 
 
 @dataclass(frozen=True)
@@ -51,18 +60,21 @@ class Live:
     Parameters
     ----------
     tell
-        Called in the worker's thread with each piece of news.
+        Called in the workers' threads with each piece of news, in one of them at a time.
     """
 
     def __init__(self, tell: Callable[[News], None]) -> None:
         self._tell = tell
+        self._telling = threading.Lock()
         self._changed = threading.Condition()
         self._asked: Question | None = None
-        self._number = 0
+        self._number = 0  # of the newest question
+        self._settled = 0  # of the newest that has had more than a first answer
         self._closed = False
         self.idle = threading.Event()  # others may use the cores
         self.idle.set()
-        threading.Thread(target=self._work, name="helimag-live", daemon=True).start()
+        for work in (self._answer_first, self._answer_whole):
+            threading.Thread(target=work, name="helimag-live", daemon=True).start()
 
     def ask(self, scenario: Scenario) -> int:
         """Ask for a scenario's run, in place of whatever was asked before; returns the question's number."""
@@ -70,51 +82,118 @@ class Live:
             self._number += 1
             self._asked = Question(self._number, scenario)
             self.idle.clear()
-            self._changed.notify()
+            self._changed.notify_all()
             return self._number
 
     def close(self) -> None:
-        """Let the worker end."""
+        """Let the workers end."""
         with self._changed:
             self._closed = True
             self._number += 1
-            self._changed.notify()
+            self._changed.notify_all()
 
-    def _work(self) -> None:
+    def _questions(self) -> Iterator[Question]:
+        """What a worker is to answer: the newest question, whenever there is one that it has not had."""
+        had = 0
         while True:
             with self._changed:
-                while self._asked is None and not self._closed:
-                    self.idle.set()
+                while self._number == had and not self._closed:
                     self._changed.wait()
                 if self._closed or self._asked is None:
-                    self.idle.set()
                     return
-                question, self._asked = self._asked, None
-            stage = Stage.FIRST
+                question = self._asked
+            had = question.number
+            yield question
+
+    def _answer_first(self) -> None:
+        for question in self._questions():
+            if question.scenario.run.duration <= QUICK:
+                continue
+            go_on = self._go_on(question)
             try:
+                run = first_run(question.scenario, go_on)
+                self._say(News(question.number, Stage.FIRST, answered(run), run, pictured(run)))
+            except (Superseded, HelimagError):
+                continue  # a newer question is waiting, or the other worker will say what is wrong
+
+    def _answer_whole(self) -> None:
+        for question in self._questions():
+            stage = Stage.WHOLE
+            try:
+                if question.number != self._settled + 1:
+                    self._wait(question, STILL)
                 for news in self._news(question):
-                    stage = news.stage
-                    self._tell(news)
+                    self._say(news)
+                    stage = Stage.AFTERWARDS
             except Superseded:
-                continue  # the newer question is waiting
+                continue
             except HelimagError as error:
-                self._tell(News(question.number, stage, problem=str(error)))
+                self._say(News(question.number, stage, problem=str(error)))
+            with self._changed:
+                if question.number == self._number:
+                    self.idle.set()
 
     def _news(self, question: Question) -> Iterator[News]:
-        scenario, number = question.scenario, question.number
-
-        def go_on(_: float) -> None:
-            if number != self._number:
-                raise Superseded
-
-        whole = scenario.run.duration
-        if whole > QUICK:
-            first = simulate(scenario, duration=whole / SHARE, progress=go_on)
-            go_on(0.0)
-            yield News(number, Stage.FIRST, answered(first), first, pictured(first))
-        run = simulate(scenario, progress=go_on)
+        go_on = self._go_on(question)
+        run = simulate(question.scenario, progress=go_on)
         go_on(0.0)
-        yield News(number, Stage.WHOLE, answered(run), run, pictured(run))
+        yield News(question.number, Stage.WHOLE, answered(run), run, pictured(run))
+        self._wait(question, REST)
         outlook = explain(run, progress=go_on)
         go_on(0.0)
-        yield News(number, Stage.AFTERWARDS, answered(run, outlook.text), run)
+        yield News(question.number, Stage.AFTERWARDS, answered(run, outlook.text), run)
+
+    def _say(self, news: News) -> None:
+        """Tell news, but for a first answer that comes after the whole one."""
+        with self._telling:
+            if news.stage is Stage.FIRST and self._settled >= news.number:
+                return
+            if news.stage is not Stage.FIRST:
+                self._settled = news.number
+            self._tell(news)
+
+    def _go_on(self, question: Question) -> Callable[[float], None]:
+        """What runs call on their way: raises Superseded where nobody waits for them any more."""
+
+        def go_on(_: float) -> None:
+            if question.number != self._number:
+                raise Superseded
+
+        return go_on
+
+    def _wait(self, question: Question, seconds: float) -> None:
+        """Wait for a hand that moves on; raise Superseded where it does."""
+        with self._changed:
+            if self._changed.wait_for(lambda: question.number != self._number, seconds):
+                raise Superseded
+
+
+def first_run(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory:
+    """What is soon known of a run: all of it by leaps, or its beginning."""
+    leapt = _leapt(scenario, go_on) if leaps_hold(system_of(scenario)) else None
+    if leapt is not None:
+        return leapt
+    return simulate(scenario, duration=scenario.run.duration / SHARE, progress=go_on)
+
+
+def _leapt(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory | None:
+    """The run by leaps; None where they take long: where the device slips, say, they are steps."""
+    begun = time.monotonic()
+
+    def soon(done: float) -> None:
+        go_on(done)
+        if done < 0.5 and time.monotonic() - begun > TEDIOUS:
+            raise _Tedious
+
+    try:
+        return simulate(scenario, method="multirevolution", progress=soon)
+    except _Tedious:
+        return None
+
+
+def warmed(scenario: Scenario, patience: float = 300.0) -> None:
+    """Run a scenario as a page will, so that all that is loaded or compiled for it is there; nobody is told of it."""
+    live = Live(lambda _: None)
+    live.ask(scenario)
+    live.idle.wait(patience)
+    live.close()

@@ -7,6 +7,8 @@ from fastapi import HTTPException, Response
 from nicegui import app
 
 ADDRESS = "/studio/picture"
+# numbers hardly shrink, and shrinking them would take longer than sending them
+HEADERS = {"cache-control": "no-store", "content-encoding": "identity"}
 
 
 @dataclass
@@ -38,7 +40,7 @@ def drop_shelf(shelf: Shelf) -> None:
 
 
 @app.get(ADDRESS + "/{key}/{which}")
-def _packet(key: str, which: str) -> Response:
+async def _packet(key: str, which: str) -> Response:
     shelf = _SHELVES.get(key)
     if shelf is None:
         raise HTTPException(404, "no such picture")
@@ -48,4 +50,4 @@ def _packet(key: str, which: str) -> Response:
         content = shelf.others[int(which)]
     else:
         raise HTTPException(404, "no such picture")
-    return Response(content, media_type="application/octet-stream", headers={"cache-control": "no-store"})
+    return Response(content, media_type="application/octet-stream", headers=HEADERS)

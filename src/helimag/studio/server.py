@@ -3,17 +3,27 @@
 import secrets
 import socket
 import sys
+import threading
+from collections.abc import Callable
 
 from nicegui import app, ui
 
 from helimag.errors import InputError
+from helimag.scenario import Scenario
 from helimag.studio.guard import Guard, is_loopback, rules_for
+from helimag.studio.live import warmed
 from helimag.studio.page import Setting, page
 from helimag.studio.state import beginning
 
 
 def serve(
-    scenario: str, *, host: str = "127.0.0.1", port: int = 8137, browser: bool = True, demo: bool = False
+    scenario: str,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8137,
+    browser: bool = True,
+    demo: bool = False,
+    tell: Callable[[str], None] | None = None,
 ) -> None:
     """Serve the studio until interrupted.
 
@@ -29,6 +39,8 @@ def serve(
         Whether to open a browser.
     demo
         Whether the page tours itself.
+    tell
+        Called with the address, its token in it, before the page is served.
 
     Raises
     ------
@@ -50,7 +62,10 @@ def serve(
     address = f"http://{'localhost' if is_loopback(host) else _own_name(host)}:{port}/"
     if token is not None:
         address += f"?token={token}"
+    app.on_startup(lambda: _warm(setting.state.scenario))
     print(f"helimag studio at {address}", file=sys.stderr, flush=True)
+    if tell is not None:
+        tell(address)
     ui.run(
         host=host,
         port=port,
@@ -61,6 +76,11 @@ def serve(
         binding_refresh_interval=None,
         message_history_length=200,
     )
+
+
+def _warm(scenario: Scenario) -> None:
+    """Load the kernels that the first page needs while a browser is still on its way here."""
+    threading.Thread(target=warmed, args=(scenario,), name="helimag-warm", daemon=True).start()
 
 
 def _check_free(host: str, port: int) -> None:

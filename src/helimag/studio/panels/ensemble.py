@@ -1,78 +1,97 @@
-"""Outcome probabilities, where a calibration says how well the inputs are known."""
+"""Outcome probabilities: from a calibration, from errors of the lab, or both."""
 
 from nicegui import ui
 
-from helimag.ensembles import Ensemble, Perturbation, ensemble
-from helimag.errors import HelimagError
+from helimag.calibration import Posterior
+from helimag.ensembles import Ensemble
+from helimag.errors import HelimagError, InputError
 from helimag.scenario import Scenario
+from helimag.studio.intake import MOST_RUN, fit_from_bytes
 from helimag.studio.jobs import Job
-from helimag.studio.mapping import THREADS
+from helimag.studio.knobs import DIRECTION, KNOBS, unit_text
 from helimag.studio.panels.controls import button, chooser
 from helimag.studio.panels.verdict import SIGNS
-from helimag.studio.spreads import MOST_BYTES, spread_from_bytes
+from helimag.studio.predicting import RUNS, LabErrors, other_device, outcomes
 from helimag.studio.tab import Tab
 
-RUNS = 64
-SHAPE = """[inputs]
-"fluid.viscosity" = { mean = "1 Pa s", sd = "0.03 Pa s" }
-"device.weight.net_weight" = { low = "27.5 uN", high = "29 uN" }
-
-[start]
-displacement = "1 mm"
-"""
+NONE = "No calibration is loaded: the device is as the inputs say."
+ERRORS = [knob for knob in KNOBS if knob.path not in {DIRECTION, "run.duration"}]
 
 
 class EnsemblePanel:
-    """Load what is known, run copies, show shares of verdicts."""
+    """Load a calibration, give errors, run copies, show shares of verdicts."""
 
     def __init__(self, tab: Tab) -> None:
         self.tab, self.job = tab, Job(tab.live)
-        self.known: Perturbation | None = None
+        self.fit: Posterior | None = None
         self.run_of = ""
-        opened = chooser(".toml", MOST_BYTES, "upload-calibration", self.given, tab.complain)
-        words = "How sure is the outcome? Copies of the run, with inputs drawn from what is known of them."
-        ui.label(words).classes("hs-small")
+        opened = chooser(".nc", MOST_RUN, "upload-calibration", self.given, tab.complain)
+        ui.label(
+            "How sure is the outcome? Copies of the run, each with a device that the calibration holds for possible "
+            "(fit.nc, from helimag calibrate) and with errors of its own."
+        ).classes("hs-small")
         with ui.element("div").classes("hs-row"):
-            button("Load a calibration", "upload_file", opened, "ensemble-load")
-            button("Example", None, self.example, "ensemble-example", "flat")
             self.start_button = button(f"Run {RUNS} copies", "casino", self.start, "ensemble-start", "solid")
-        self.start_button.set_enabled(False)
-        self.inputs = ui.label("no calibration is loaded").props('data-testid="ensemble-inputs"')
+            button("Load a calibration", "upload_file", opened, "ensemble-load")
+            self.forget_button = button("Forget it", None, self.forget, "ensemble-forget", "flat")
+        self.forget_button.set_visibility(False)
+        self.loaded = ui.label(NONE).props('data-testid="ensemble-inputs"')
+        self.other = ui.label("").classes("hs-small hs-caution").props('data-testid="ensemble-other"')
         self.status = ui.label("").classes("hs-small").props('data-testid="ensemble-status"')
         self.table = ui.element("div").classes("hs-cards")
-        tab.scenario_listeners.append(self.outdated)
+        self._errors()
+        tab.scenario_listeners.append(self.changed)
+
+    def _errors(self) -> None:
+        """Fields for the errors from run to run."""
+        title = "Errors from run to run (standard deviations)"
+        expansion = ui.expansion(title, value=True).classes("hs-group").props("dense")
+        with expansion, ui.element("div").classes("hs-errors"):
+            self.displacement = _field("Place where it is let go", "mm", "displacement", 0.5)
+            self.fields = {knob.path: _field(knob.label, unit_text(knob.unit), knob.path, 0.0) for knob in ERRORS}
 
     def given(self, _: str, content: bytes) -> None:
         """A file that someone chose."""
-        self.take(content)
-
-    def example(self) -> None:
-        """One to begin with, to be saved and changed."""
-        ui.download.content(SHAPE.encode(), "calibration.toml", "application/toml")
-        self.take(SHAPE.encode())
-
-    def take(self, content: bytes) -> None:
-        """Read a calibration."""
         try:
-            self.known = spread_from_bytes(content, self.tab.scenario)
+            fit = fit_from_bytes(content)
+            other_device(fit, self.tab.scenario)
         except HelimagError as error:
             self.tab.complain(str(error))
             return
-        named = [*self.known.priors, *(["where it is let go"] if self.known.displacement else [])]
-        self.inputs.set_text(f"not exactly known: {', '.join(named)}")
-        self.start_button.set_enabled(True)
+        self.take(fit)
+
+    def forget(self) -> None:
+        """Go back to the device as the inputs say."""
+        self.take(None)
+
+    def take(self, fit: Posterior | None) -> None:
+        """Use a calibration, or none."""
+        self.fit = fit
+        self.forget_button.set_visibility(fit is not None)
+        if fit is None:
+            self.loaded.set_text(NONE)
+        else:
+            names = ", ".join(fit.names)[:200]
+            self.loaded.set_text(f"Calibration '{fit.plan.name[:80]}': {len(fit.samples)} samples of {names}")
+        self.changed(self.tab.scenario)
 
     def start(self) -> None:
         """Run the copies."""
-        known, scenario = self.known, self.tab.scenario
-        if known is None:
+        fit, scenario = self.fit, self.tab.scenario
+        try:
+            errors = LabErrors.shown(
+                {path: _value(field) for path, field in self.fields.items() if field.visible}, _value(self.displacement)
+            )
+        except InputError as error:
+            self.tab.complain(str(error))
             return
         self.run_of = scenario.hash
         self.status.set_text("running copies ...")
         self.job.start(
-            lambda progress: ensemble(scenario, known, runs=RUNS, threads=THREADS, progress=progress),
+            lambda progress: outcomes(scenario, fit, errors, progress),
             self.tab.in_page(self.done),
             self.tab.in_page(self.status.set_text),
+            self.tab.in_page(lambda share: self.status.set_text(f"running copies ... {share:.0%}")),
         )
 
     def done(self, found: Ensemble) -> None:
@@ -92,7 +111,31 @@ class EnsemblePanel:
                         )
                     ui.label(f"{100.0 * share:.0f} %")
 
-    def outdated(self, scenario: Scenario) -> None:
-        """Say where the shares are of other inputs."""
+    def changed(self, scenario: Scenario) -> None:
+        """Say where shares or calibration are of something else."""
+        for knob in ERRORS:
+            self.fields[knob.path].set_visibility(knob.value(scenario) is not None)
         if self.run_of and scenario.hash != self.run_of:
             self.status.set_text("the inputs have changed since; run the copies again")
+        self.other.set_text("" if self.fit is None else _said(self.fit, scenario))
+
+
+def _said(fit: Posterior, scenario: Scenario) -> str:
+    """In what the device that was calibrated is another one."""
+    try:
+        fields = other_device(fit, scenario)
+    except HelimagError as error:
+        return f"it cannot be used here: {str(error)[:200]}"
+    more = f" and {len(fields) - 3} more" if len(fields) > 3 else ""
+    return f"It is of another device: {', '.join(fields[:3])}{more} differ." if fields else ""
+
+
+def _field(label: str, unit: str, name: str, value: float) -> ui.number:
+    """A number with its unit."""
+    field = ui.number(label, value=value, min=0.0, suffix=unit, format="%.6g")
+    return field.props(f'dense data-testid="error-{name.replace(".", "-")}"')
+
+
+def _value(field: ui.number) -> float:
+    """What a field holds; nothing is no error."""
+    return 0.0 if field.value is None else float(field.value)

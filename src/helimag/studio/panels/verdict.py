@@ -81,7 +81,9 @@ def verdict(tab: Tab) -> None:
 
 def _stage(news: News) -> str:
     if news.stage is Stage.FIRST and news.run is not None:
-        return f"so far, first {float(news.run.dataset['time'].values[-1]):.0f} s"
+        leapt = news.run.dataset.attrs.get("share_of_turns_leapt_over")
+        end = float(news.run.dataset["time"].values[-1])
+        return "by leaps over turns, the run itself follows" if leapt else f"so far, first {end:.0f} s"
     return "what comes after it is being looked for" if news.stage is Stage.WHOLE else ""
 
 

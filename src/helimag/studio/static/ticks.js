@@ -1,6 +1,6 @@
-// Axes of charts and maps.
+// Axes of charts and maps, and numbers as the page writes them.
 export function ticks(low, high, wanted) {
-  const raw = (high - low) / Math.max(1, wanted);
+  const raw = (0.8 * (high - low)) / Math.max(1, wanted);
   const power = Math.pow(10, Math.floor(Math.log10(raw)));
   const step = [1, 2, 5, 10].find((m) => m * power >= raw) * power;
   const found = [];
@@ -23,15 +23,30 @@ export function sized(canvas, width, height) {
   return pen;
 }
 
+// the page's colours, asked for once: the browser would work out all its styles anew at each asking
+const colours = new Map();
+const listeners = new Set();
+
 export function colour(name) {
-  return getComputedStyle(document.body).getPropertyValue("--hs-" + name).trim();
+  if (!colours.has(name)) colours.set(name, getComputedStyle(document.body).getPropertyValue("--hs-" + name).trim());
+  return colours.get(name);
 }
 
 // calls back whenever the page changes between dark and light
 export function on_theme(callback) {
-  const observer = new MutationObserver(callback);
-  observer.observe(document.body, { attributes: true, attributeFilter: ["class"] });
-  return () => observer.disconnect();
+  listeners.add(callback);
+  return () => listeners.delete(callback);
+}
+
+new MutationObserver(() => {
+  colours.clear();
+  for (const listener of listeners) listener();
+}).observe(document.body, { attributes: true, attributeFilter: ["class"] });
+
+// a number with a real minus, and no minus before nought
+export function written(value, digits) {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "\u2212");
 }
 
 export const FONT = "11px Roboto, 'Helvetica Neue', sans-serif";

@@ -1,0 +1,93 @@
+"""Outcome probabilities: copies of the present run with errors of the lab, and devices of a calibration where one is
+loaded; the same draws as ``helimag simulate --ensemble`` and :func:`helimag.ensemble` make."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from helimag.calibration import Noise, Posterior, predict
+from helimag.ensembles import Ensemble, Perturbation, ensemble
+from helimag.errors import InputError
+from helimag.scenario import Input, Normal, Scenario, varied
+from helimag.studio.knobs import BY_PATH
+from helimag.studio.mapping import THREADS
+
+RUNS = 64
+
+
+@dataclass(frozen=True)
+class LabErrors:
+    """Errors from run to run.
+
+    Attributes
+    ----------
+    inputs
+        Standard deviations by path (SI), none of them zero.
+    displacement
+        Standard deviation along each axis (m) of where the device is let go.
+    """
+
+    inputs: Mapping[str, float] = field(default_factory=dict)
+    displacement: float = 0.0
+
+    @classmethod
+    def shown(cls, inputs: Mapping[str, float], displacement: float) -> "LabErrors":
+        """From numbers as the page shows them: each in its knob's unit, zero for none; the displacement in mm.
+
+        Raises
+        ------
+        InputError
+            Where one is negative or no number.
+        """
+        for name, value in {**inputs, "the start": displacement}.items():
+            if not 0.0 <= value < np.inf:
+                label = BY_PATH[name].label if name in BY_PATH else name
+                raise InputError(f"the error of {label} must be zero or more; got {value:g}")
+        return cls({path: value * BY_PATH[path].scale for path, value in inputs.items() if value}, 1e-3 * displacement)
+
+
+def outcomes(
+    scenario: Scenario, fit: Posterior | None, errors: LabErrors, progress: Callable[[float], None]
+) -> Ensemble:
+    """Run copies, and judge them.
+
+    Raises
+    ------
+    InputError
+        Where nothing is uncertain, or the scenario cannot have what was drawn.
+    RunError
+        Where the numbers of a run broke down.
+    """
+    if fit is not None:
+        noise = Noise(dict(errors.inputs), errors.displacement)
+        return predict(scenario, fit, noise=noise, draws=RUNS, threads=THREADS, progress=progress).runs
+    if not errors.inputs and not errors.displacement:
+        raise InputError("nothing is uncertain: load a calibration, or give errors from run to run")
+    priors = {path: Normal(Input(path).value(scenario), sd) for path, sd in errors.inputs.items()}
+    perturbation = Perturbation(priors, errors.displacement)
+    return ensemble(scenario, perturbation, runs=RUNS, threads=THREADS, progress=progress)
+
+
+def other_device(fit: Posterior, scenario: Scenario) -> list[str]:
+    """Fields in which the device that was calibrated differs from that of a scenario, beyond what was free.
+
+    Raises
+    ------
+    InputError
+        Where the scenario cannot have the fit's inputs.
+    """
+    base = fit.plan.run[0].base
+    if not isinstance(base, Scenario):
+        return ["device"]
+    pairs = zip(fit.plan.free, fit.best.tolist(), strict=True)
+    freed = {free.input: value for free, value in pairs if free.runs is None and not free.factor}
+    one, other = (_leaves(varied(each, freed).device.model_dump(mode="json")) for each in (base, scenario))
+    return sorted(path for path in one.keys() | other.keys() if one.get(path) != other.get(path))
+
+
+def _leaves(data: Any, path: str = "device") -> dict[str, Any]:
+    if not isinstance(data, dict):
+        return {path: data}
+    return {name: value for key, part in data.items() for name, value in _leaves(part, f"{path}.{key}").items()}
