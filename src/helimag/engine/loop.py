@@ -23,7 +23,7 @@ from helimag.engine.samples import (
     statistics_with,
 )
 from helimag.engine.synchrony import lag_vector, synchrony_with
-from helimag.engine.system import System, build_balance, build_load, build_rates
+from helimag.engine.system import System, build_balance, build_load, build_rates, leaps_hold
 from helimag.engine.touches import touches_with
 from helimag.engine.turn_memory import Memory
 from helimag.engine.turns import NODES
@@ -133,7 +133,7 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
 
     Steps are noted in place: a function of the whole progress would copy it at each, some percent of a run's time.
     """
-    if method.leaps and not system.repeats:
+    if method.leaps and not leaps_hold(system):
         return build_advance(system, replace(method, leaps=False))
     drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)

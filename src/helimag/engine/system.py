@@ -55,10 +55,10 @@ class System:
         """Structure that describes a drive to ``pose``."""
         return self.pose.input_types["drive"]
 
-    @property
-    def repeats(self) -> bool:
-        """Whether the equations may repeat after a turn of the magnet: no path but the closed form, in open water."""
-        return self.pose is rpm_pose and self.medium == OPEN_WATER
+
+def leaps_hold(system: System) -> bool:
+    """Whether runs with these formulas may leap over turns: a drive that repeats itself, in open water."""
+    return system.pose is rpm_pose and system.medium == OPEN_WATER
 
 
 def system_of(scenario: Scenario) -> System:
