@@ -3,7 +3,8 @@
     python benchmarks/random_runs.py --from 0 --to 300
 
 Run number n is the same whatever the slice. It counts where direct steps at tolerances of 1e-10 and 1e-11 agree: end,
-verdict and slips the same, places within 1e-7 m, and times of the end within 0.1 ms.
+and verdict the same, places within 1e-7 m, and times of the end within 0.1 ms. Slips of a device that turns against the
+field at every turn are counted at steps, so that they differ where places do not.
 """
 
 import argparse
@@ -218,9 +219,8 @@ def distances(one: History, other: History) -> np.ndarray:
 
 def known(one: History, other: History) -> bool:
     """Whether two runs at close tolerances are the same run."""
-    same = one.status is other.status and one.slips[-1] == other.slips[-1]
     near = distances(one, other).max() < 1e-7 and abs(one.time[-1] - other.time[-1]) < 1e-4
-    return bool(same and near and one.judge().verdict is other.judge().verdict)
+    return bool(one.status is other.status and near and one.judge().verdict is other.judge().verdict)
 
 
 def bounded(history: History, exact: History, method: Method) -> bool:

@@ -1,14 +1,19 @@
 """Leaps over turns of the magnet, held against direct steps at a tolerance of 1e-11."""
 
+import importlib.util
 from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import helimag as hm
 import oracles
 from helimag.engine import DOP853, MULTIREVOLUTION, advance, advancing
+from helimag.engine.charts import Place, far_off, from_chart, to_chart
 from helimag.outcomes import End
+from helimag.physics.kinematics import State
 
 TAIL_FIRST = {
     "left": False,
@@ -125,3 +130,58 @@ def test_the_result_says_which_engine_did_what():
     assert direct.dataset.attrs["integrator"] == "DOP853, adaptive"
     with pytest.raises(hm.InputError, match="method must be one of direct, multirevolution; got 'euler'"):
         hm.simulate(run, method="euler")
+
+
+def attitude(state):
+    return Rotation.from_quat(np.array(state)[[4, 5, 6, 3]])
+
+
+def random_states(count):
+    rng = np.random.default_rng(6)
+    for _ in range(count):
+        near = rng.normal(size=4)
+        away = near + 0.3 * rng.normal(size=4)
+        reference, state = (
+            State(*rng.normal(size=3), *(q / np.linalg.norm(q))) for q in (near, away * np.sign(near @ away))
+        )
+        yield reference, state
+
+
+def test_a_chart_gives_the_swing_of_the_long_axis_and_the_roll_about_it():
+    """Beside SciPy's rotations: the least rotation that takes the long axis along, and what is left about it."""
+    for reference, state in random_states(20):
+        place = np.array(to_chart(reference, state))
+        relative = attitude(reference).inv() * attitude(state)
+        axis = relative.apply([1.0, 0.0, 0.0])
+        half = np.arccos(axis[0]) / 2.0
+        across = np.cross([1.0, 0.0, 0.0], axis)
+        swing = 2.0 * np.sin(half) * across / np.linalg.norm(across)
+        np.testing.assert_allclose(place[3:5], swing[1:], rtol=0.0, atol=1e-12)
+        swung = Rotation.from_rotvec(2.0 * half * across / np.linalg.norm(across))
+        np.testing.assert_allclose([place[5], 0.0, 0.0], (swung.inv() * relative).as_rotvec(), rtol=0.0, atol=1e-12)
+
+
+def test_a_chart_leads_back_to_the_state():
+    for reference, state in random_states(20):
+        there = to_chart(reference, state)
+        np.testing.assert_allclose(np.array(from_chart(reference, there)), np.array(state), rtol=0.0, atol=1e-14)
+
+
+def test_a_chart_ends_before_its_coordinates_do():
+    assert not far_off(Place(9.0, 9.0, 9.0, 0.7, -0.7, -1.4))
+    assert all(far_off(Place(0.0, 0.0, 0.0, *place)) for place in ((0.9, 0.0, 0.0), (0.0, -0.9, 0.0), (0.0, 0.0, -1.6)))
+
+
+def test_random_runs_are_those_of_exact_steps():
+    """Some of benchmarks/random_runs.py: in circles and straight, losing step, touching the magnet, meeting walls."""
+    place = Path(__file__).parents[1] / "benchmarks" / "random_runs.py"
+    spec = importlib.util.spec_from_file_location("random_runs", place)
+    random_runs = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(random_runs)
+    numbers = (0, 1, 2, 3, 5, 12, 17, 19, 21, 27)
+    kinds, runs = zip(*(random_runs.random_run(number) for number in numbers), strict=True)
+    exact, leaping = advance(runs, tolerance=1e-11), advance(runs, method=MULTIREVOLUTION)
+    found = [random_runs.compared(*row) for row in zip(kinds, numbers, ["leaps"] * 10, leaping, exact, strict=True)]
+    assert all(one.good and one.bounded for one in found), found
+    assert {one.status for one in exact} == {End.HORIZON, End.CONTACT, End.SURFACE}
+    assert np.mean([one.leapt for one in found]) > 0.7

@@ -12,7 +12,6 @@ from helimag.engine.control import Control
 from helimag.engine.events import FALL_LIMIT
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
-from helimag.engine.leaping import leaps_hold
 from helimag.engine.medium import OPEN_WATER, Medium
 from helimag.engine.methods import DOP853, MULTIREVOLUTION, Method
 from helimag.engine.moving import shifted, to_lab, to_moving
@@ -34,6 +33,7 @@ from helimag.engine.system import (
     build_balance,
     build_load,
     build_rates,
+    leaps_hold,
     system_of,
 )
 

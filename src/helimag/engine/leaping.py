@@ -22,13 +22,12 @@ from helimag.engine.leaps import (
     top_of,
     weights_at,
 )
-from helimag.engine.medium import OPEN_WATER
 from helimag.engine.moving import to_lab, to_moving
 from helimag.engine.progress import Leap, Progress
 from helimag.engine.samples import Record, Schedule
 from helimag.engine.system import System
 from helimag.engine.turn_memory import Memory, Square, slot_of, with_roll
-from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, NODES, Turn, steps_between_nodes
+from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Turn, steps_between_nodes
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, rpm_pose
 from helimag.physics.magnetics import FieldSource
@@ -41,6 +40,7 @@ SHRINK = wp.constant(wp.float64(0.2))
 LEAST_ERROR = wp.constant(wp.float64(1e-8))
 OLD = wp.constant(30)  # leaps after which the Jacobian is worked out again
 MOST_TURNS = wp.constant(100)  # of a leap
+FIRST_LOOK = wp.constant(0)  # turn of a leap after which room is looked at
 TRIAL = wp.constant(14)  # leaps after which they must be worth while
 WORTH = wp.constant(2)  # turns that they must be long by then
 RETRY = wp.constant(wp.float64(2.0))  # turns until the next try, after one that came to nothing
@@ -48,12 +48,10 @@ LONG_RETRY = wp.constant(wp.float64(32.0))
 ROOM = wp.constant(wp.float64(3.0))  # times what a turn reaches, to be kept clear of anything that ends a run
 LEAST_ROOM = wp.constant(wp.float64(1e-4))  # m
 BEFORE_END = wp.constant(wp.float64(1.0 - 1e-9))  # of the duration: the last sample is a step's
-TURN_STEPS = NODES  # at least
 FINE_TOLERANCE = wp.constant(wp.float64(LEAST_STEPS_TOLERANCE))
 TWO_PI = wp.constant(wp.float64(2.0 * math.pi))
 ZERO = wp.constant(wp.float64(0.0))
 ONE = wp.constant(wp.float64(1.0))
-TINY = wp.constant(wp.float64(1e-300))
 BEGINNING, COLUMNS, GUESSING, CORRECTING = (wp.constant(i) for i in range(4))  # what the next turn is followed for
 EIGHTH = wp.constant(wp.float64(0.125))
 
@@ -122,7 +120,8 @@ def way_of(
     way.end = begin
     way.room = ONE
     top = top_of(curve)
-    look = 0  # no turn goes farther than a third of what is to be kept: where there is room, some need no look
+    # no turn goes farther than a third of what is to be kept: where there is room, some need no look
+    look = int(FIRST_LOOK)
     for j in range(turns):
         at = number + wp.float64(j)
         way.end = next_turn(jacobian, curve, weights_at(curve, at), way.end)
@@ -251,6 +250,7 @@ def guess_followed(
         reference,
         to_chart(reference, begin),
     )
+    # a polynomial through few turns says less of what lies between them than its end tells
     few = wp.float64(known + 1) / wp.float64(ORDER + 1)
     p.leap.error = largest(way.error, control) / (SHARE * few * few * control.tolerance)
     near = p.leap.error <= ONE or turns == 1  # one turn was followed from where it begins
@@ -299,7 +299,8 @@ def build_leapt(system: System) -> wp.Function:
         p.time = p.leap.origin + p.leap.number * period
         p.state = to_lab(drive, p.time, with_roll(p.leap.aim, p.leap.roll * p.leap.number))
         p.synchrony.lag = turn.lag
-        p.synchrony.locked = 1
+        if turn.lag[0] > ZERO:
+            p.synchrony.locked = 1
         p.leap.stage = GUESSING
         if p.leap.age >= OLD or far_off(to_chart(p.leap.reference, p.leap.aim)):
             p.leap.stage = COLUMNS
@@ -310,11 +311,6 @@ def build_leapt(system: System) -> wp.Function:
         return p
 
     return leapt
-
-
-def leaps_hold(system: System) -> bool:
-    """Whether runs with these formulas may leap: a drive that repeats itself, in open water."""
-    return system.pose is rpm_pose and system.medium == OPEN_WATER
 
 
 @wp.func

@@ -11,7 +11,6 @@ import warp as wp
 
 from helimag.engine.control import Control, build_rescaled
 from helimag.engine.events import Bounds, clearance
-from helimag.engine.leaping import TURN_STEPS, build_tried, leaps_hold, watched
 from helimag.engine.methods import Method
 from helimag.engine.progress import Progress
 from helimag.engine.samples import (
@@ -24,9 +23,10 @@ from helimag.engine.samples import (
     statistics_with,
 )
 from helimag.engine.synchrony import lag_vector, synchrony_with
-from helimag.engine.system import System, build_balance, build_load, build_rates
+from helimag.engine.system import System, build_balance, build_load, build_rates, leaps_hold
 from helimag.engine.touches import touches_with
 from helimag.engine.turn_memory import Memory
+from helimag.engine.turns import NODES
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer, moment_of
 from helimag.physics.kinematics import State, attack_angle, head_position, rotation_matrix
@@ -121,6 +121,13 @@ def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d
     return p
 
 
+def _leaping_parts(system: System) -> tuple[wp.Function, wp.Function]:
+    """What follows turns of the magnet, and what keeps leaps from beginning too early: imported where runs leap."""
+    from helimag.engine.leaping import build_tried, watched
+
+    return build_tried(system), watched
+
+
 @cache
 def build_advance(system: System, method: Method) -> wp.Kernel:
     """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to.
@@ -132,7 +139,8 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
     drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)
     leaping, touched = method.leaps, system.medium.touched
-    tried, touching = build_tried(system) if leaping else None, touched is not None
+    tried, watched = _leaping_parts(system) if leaping else (None, None)
+    touching = touched is not None
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
@@ -162,7 +170,7 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
                     p = tried(body, here, drive, magnets[run], control, bound, schedule, memory, run, p, records)
                     here = local(around, head_position(p.state), rotation_matrix(p.state))
                     k0 = rates(body, here, drive, magnets[run], p.time, p.state)
-                    left -= TURN_STEPS
+                    left -= NODES
             end = sample_time(schedule, p.sample)
             if p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
                 outcome, dt, t, step, new, here, k0, lag, status = attempt(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 @cache  # Warp works it out anew at each call, which is a third of the time that a short run is packed in
-def _layout(kind: Any) -> np.dtype[np.void]:
+def _layout(kind: Any) -> Any:
     """How NumPy sees a Warp structure."""
     layout: np.dtype[np.void] = np.dtype(kind.numpy_dtype())
     return layout

@@ -56,6 +56,11 @@ class System:
         return self.pose.input_types["drive"]
 
 
+def leaps_hold(system: System) -> bool:
+    """Whether runs with these formulas may leap over turns: a drive that repeats itself, in open water."""
+    return system.pose is rpm_pose and system.medium == OPEN_WATER
+
+
 def system_of(scenario: Scenario) -> System:
     """The formulas that a scenario asks for."""
     pose = rpm_pose if scenario.drive.path is None else sampled_rpm_pose
