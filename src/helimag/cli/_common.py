@@ -72,9 +72,6 @@ def speaking(common: Common) -> Iterator[None]:
 class _Nowhere(io.TextIOBase):
     """A stream that keeps nothing."""
 
-    def writable(self) -> bool:
-        return True
-
     def write(self, text: str) -> int:
         return len(text)
 

@@ -80,11 +80,11 @@ def sweep(
 
     if threads is not None and threads < 1:
         raise InputError(f"--threads must be at least 1; got {threads}")
+    store = None if dry_run else the_one(output, STORE)
     asked = _asked(plan, ensemble, DrawOptions(noise, displacement, draws, seed))
-    if dry_run:
+    if store is None:
         _print_estimate(sweeps.estimate(asked, threads=threads), common.json)
         return
-    store = the_one(output, STORE)
     try:
         with sweep_progress(plan.stem) as progress:
             dataset = sweeps.sweep(asked, out=store, scheduler=scheduler, threads=threads, progress=progress)
