@@ -457,7 +457,7 @@ def test_the_command_estimates_runs_reports_and_exports(tmp_path):
     assert (tmp_path / "s.csv").exists()
     bad = subprocess.run(command, capture_output=True, text=True, check=False)
     assert bad.returncode == 2
-    assert "--output must name the store" in bad.stderr
+    assert "--output must name one file that ends in .zarr" in bad.stderr
 
 
 def test_what_a_killed_beginning_of_a_store_left_is_removed_and_one_in_use_is_not(tmp_path):

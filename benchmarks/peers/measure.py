@@ -25,6 +25,7 @@ class Tuning:
     code: Code
     exact: Floats
     errors: dict[float, float] = field(default_factory=dict)
+    chosen: dict[float, float] = field(default_factory=dict)
 
     def error(self, tolerance: float) -> float:
         """The error at a tolerance; infinite where the run broke down."""
@@ -43,12 +44,15 @@ class Tuning:
 
     def tolerance_for(self, target: float) -> float:
         """The loosest tolerance found at which, and at all tighter ones tried, the error is within the target."""
+        if target in self.chosen:
+            return self.chosen[target]
         for _ in range(HALVINGS):
             best, looser = self._around(target)
             if not 0.0 < best < looser or self.errors[best] > NEAR * target:
                 break
             self.error(float(f"{math.sqrt(best * looser):.3g}"))
-        return self._around(target)[0]
+        self.chosen[target] = self._around(target)[0]
+        return self.chosen[target]
 
     def _around(self, target: float) -> tuple[float, float]:
         """That tolerance, zero where there is none, and the next looser one that was tried, zero likewise."""

@@ -127,4 +127,5 @@ def _run(
 def _count(state: SweepProgress, verdicts: NDArray[np.generic], runs_each: int) -> None:
     known = verdicts[verdicts != Verdict.NOT_COMPUTED]
     state.done += known.size * runs_each
-    state.counts.update(str(Verdict.of(flag)) for flag in known)
+    flags, counts = np.unique(known, return_counts=True)
+    state.counts.update({str(Verdict.of(flag)): int(count) for flag, count in zip(flags, counts, strict=True)})
