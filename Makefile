@@ -11,7 +11,7 @@ OLDEST := .venv-oldest
 CORE := $(addprefix tests/test_,$(addsuffix .py,scenario files gain hydrodynamics magnetics cli_errors sweep_plans \
     sweep_plots plots robot_krl vision_refraction))
 
-.PHONY: venv demo test test-nightly test-oldest lint docs pictures bench lock clean
+.PHONY: venv demo test test-nightly test-oldest lint docs gallery pictures bench lock clean
 
 venv: $(STAMP)
 
@@ -61,6 +61,10 @@ docs: $(STAMP)
 
 bench: $(STAMP)
 	for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+# the pictures of the gallery, by the commands that it shows: look at them before they are committed
+gallery: $(STAMP)
+	$(BIN)/python docs/_ext/gallery.py docs/_static/gallery
 
 # the pictures of the studio's page in the documentation, from its tests: look at them before they are committed
 pictures: $(STAMP)

@@ -1,4 +1,4 @@
-"""Sphinx configuration. Builds without a network; mathjax is fetched by the reader's browser only."""
+"""Sphinx configuration. Builds without a network, and pages ask no other host for anything: MathJax comes with them."""
 
 import sys
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 import generated  # from the folder just named
+import geometry
 
 project = "helimag"
 author = "The helimag developers"
@@ -18,6 +19,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",
 ]
 exclude_patterns = ["_build", "_ext", "reference/generated"]
 
@@ -45,5 +47,7 @@ def without_model_signature(_app: object, what: str, _name: str, thing: Any, *_r
 
 def setup(app: Any) -> None:
     generated.unwrap_warp()
-    generated.write(Path(__file__).parent / "reference" / "generated")
+    folder = Path(__file__).parent / "reference" / "generated"
+    generated.write(folder)
+    geometry.draw(folder / "geometry.svg")
     app.connect("autodoc-process-signature", without_model_signature)

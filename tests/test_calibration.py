@@ -2,7 +2,9 @@
 
 import json
 import math
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,9 @@ from helimag.engine import advance
 from helimag.errors import FileError, InputError
 from helimag.outcomes import End
 from helimag.scenario import parse
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
+import calibration_kills
 
 # a light, quick device: ten turns of the magnet, half a second of drag theory
 BASE = hm.load("paper/table1-row1").replaced(
@@ -302,6 +307,18 @@ def test_a_stopped_calibration_goes_on_to_the_same_numbers(known, fit, tmp_path)
     (tmp_path / "fit.nc.partial").write_bytes(b"PK nothing")
     with pytest.raises(FileError, match="cannot be read"):
         cal.calibrate(known, output=tmp_path / "fit.nc")
+
+
+def test_killed_and_resumed_is_the_same_bit_for_bit(tmp_path):
+    """The same with 20 kills: ``benchmarks/calibration_kills.py``. What a killed writer left beside is cleared away."""
+    (tmp_path / ".killed.nc.partial.abc.part").write_bytes(b"half")
+    (tmp_path / ".other.nc.abc.part").write_bytes(b"of another")
+    found = calibration_kills.torture(tmp_path, kills=2, particles=40)
+    assert found["kills"] == 2
+    assert found["resumed"]
+    assert found["same"]
+    assert found["odd"] == []
+    assert found["left"] == [".other.nc.abc.part"]
 
 
 def test_what_the_data_cannot_tell():

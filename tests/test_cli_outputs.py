@@ -1,32 +1,9 @@
-"""What `-o` promises alike in every command, and what the shell is taught."""
+"""What the shell is taught, what plot refuses, and how presets are shown."""
 
-import pytest
+import json
 
 import helimag as hm
 from command_line import run
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("simulate", "paper/fig3c"),
-        ("design", "paper/fig3c"),
-        ("compare", "measured.nc", "simulated.nc"),
-        ("robot", "replay", "log.csv", "paper/fig3c"),
-        ("vision", "import", "track.csv", "--gap", "0.1 m"),
-        ("vision", "track", "a.mp4", "b.mp4", "--rig", "rig.json"),
-        ("vision", "calibrate", "calibration.toml"),
-        ("orbit", "map", "paper/fig3c", "--vary", "drive.pitch=4 deg..9 deg", "--vary", "drive.frequency=2 Hz..3 Hz"),
-    ],
-    ids=lambda words: " ".join(words[:2]),
-)
-def test_a_file_in_a_folder_that_is_not_there_is_refused_before_anything_is_read(words, tmp_path, monkeypatch):
-    """No input exists either: where that is what is said, the output was looked at too late."""
-    monkeypatch.chdir(tmp_path)
-    said = run(*words, "-o", "new/result.nc")
-    assert (said.status, said.out) == (2, "")
-    assert said.err == "helimag: new/result.nc cannot be written: there is no folder 'new'\n"
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_shell_is_taught_every_command_in_the_users_home(tmp_path, monkeypatch):
@@ -49,10 +26,10 @@ def test_a_file_that_holds_no_run_is_refused_with_what_can_be_drawn(tmp_path, mo
     import xarray
 
     xarray.Dataset({"stable": ("x", [1.0])}).to_netcdf("map.nc", engine="h5netcdf")
-    said = run("plot", "map.nc")
+    said = run("plot", "map.nc", "-o", "map.png")
     assert said.status == 2
     assert said.err.startswith("helimag: map.nc: a trajectory needs time")
-    assert "plot draws what simulate, robot replay, vision or calibrate wrote, and sweeps" in said.err
+    assert "plot draws what simulate, robot replay, vision, orbit, sweep, calibrate or robot program wrote" in said.err
 
 
 def test_presets_stand_in_columns():
@@ -66,3 +43,22 @@ def test_a_written_preset_has_no_empty_tables():
     assert "[workspace" not in text
     assert "[drive]" in text
     assert hm.scenario.parse(text).hash == hm.load("paper/fig3c").hash
+
+
+def test_vision_writes_only_what_it_is_told_to(tmp_path, monkeypatch):
+    """Without -o nothing is written; with it the run, and a figure of it."""
+    monkeypatch.chdir(tmp_path)
+    rows = "".join(f"{i / 10},{i},0,{-0.1 * i}\n" for i in range(5))
+    (tmp_path / "track.csv").write_text("time [s],x [mm],y [mm],z [mm]\n" + rows)
+    told = run("vision", "import", "track.csv", "--gap", "102 mm")
+    assert told.status == 0
+    assert "|y|           0.400 mm" in told.out
+    assert [file.name for file in tmp_path.iterdir()] == ["track.csv"]
+    told = run("vision", "import", "track.csv", "--gap", "102 mm", "-o", "m.nc", "-o", "m.png", "--json")
+    assert told.status == 0
+    assert json.loads(told.out)["files"] == ["m.nc", "m.png"]
+    assert (tmp_path / "m.nc").stat().st_size > 0
+    assert (tmp_path / "m.png").stat().st_size > 0
+    told = run("vision", "calibrate", "none.toml", "-o", "rig.nc")
+    assert told.status == 2
+    assert "--output must end in .json (the rig)" in told.err

@@ -137,7 +137,7 @@ COMMANDS = [
 OPTIONS = [
     "--set", "--duration", "--interval", "-o", "--output", "--json", "--cell", "--unwind", "--vary", "--from",
     "--to", "--nodes", "--box", "--seed", "--draws", "--export", "--engine", "--all", "--name", "--angle",
-    "--bits", "--rate", "--nothing", "--help", "-", "--",
+    "--quiet", "--verbose", "--bits", "--rate", "--nothing", "--help", "-", "--",
 ]  # fmt: skip
 VALUES = [
     "", " ", "0", "-1", "1e999", "nan", "5 s", "drive.pitch=", "=", "drive.pitch=15 deg", 'drive.pitch="15"',

@@ -42,7 +42,6 @@ def test_branch_is_printed_and_drawn(monkeypatch, capsys, tmp_path):
     [
         (["orbit", "nose-first/fig3c", "--vary", "drive.pitch"], "--from and --to"),
         (["orbit", "nose-first/fig3c", "--from", "8 deg"], "--vary"),
-        (["orbit", "nose-first/fig3c", "-o", "x.png"], "--vary"),
         (
             ["orbit", "nose-first/fig3c", "--all", "--vary", "drive.pitch", "--from", "8 deg", "--to", "9 deg"],
             "--all lists",
@@ -117,7 +116,8 @@ def test_options_are_named_where_their_quantity_is_wrong(monkeypatch, capsys):
 def test_design_as_json(monkeypatch, capsys):
     for module, name, value in (
         (candidates, "SAMPLES", 16),
-        (candidates, "CANDIDATES", 1),
+        (candidates, "SOLVED", 6),
+        (robust_inputs, "CANDIDATES", 1),
         (robust_inputs, "POLISHES", 1),
         (full_runs, "LONGEST_RUN", 3000.0),
     ):

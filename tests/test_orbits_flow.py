@@ -80,7 +80,8 @@ def test_basin_by_the_averaged_model_agrees(orbit: hm.Orbit, flow: SlowFlow) -> 
 def test_design_meets_the_wish_and_its_runs_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     for module, name, value in (
         (candidates, "SAMPLES", 16),
-        (candidates, "CANDIDATES", 1),
+        (candidates, "SOLVED", 6),
+        (robust_inputs, "CANDIDATES", 1),
         (robust_inputs, "POLISHES", 1),
         (full_runs, "LONGEST_RUN", 3000.0),
     ):

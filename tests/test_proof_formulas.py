@@ -13,6 +13,7 @@ flint = pytest.importorskip("flint")
 import helimag as hm  # noqa: E402
 import oracles  # noqa: E402
 from helimag.engine import build_rates, pack_bodies, pack_drives, pack_magnets, system_of  # noqa: E402
+from helimag.engine.events import pack_bounds  # noqa: E402
 from helimag.errors import InputError  # noqa: E402
 from helimag.hydrodynamics import net_weight  # noqa: E402
 from helimag.orbits.strobe import to_lab  # noqa: E402
@@ -25,7 +26,7 @@ from helimag.proof.exact import Inputs, parts, require_provable, written  # noqa
 from helimag.proof.jets import Jet, variables  # noqa: E402
 from helimag.proof.motion import LENGTH, Swimming  # noqa: E402
 from helimag.proof.proving import in_floats  # noqa: E402
-from helimag.proof.tube import Tube  # noqa: E402
+from helimag.proof.tube import Chart, Tube  # noqa: E402
 from helimag.proof.waves import Waves  # noqa: E402
 from helimag.scenario import Input, scalar_inputs  # noqa: E402
 
@@ -162,7 +163,7 @@ def test_derivatives_of_the_rates_match_differences():
     def rates(z, **kind):
         return floats.rates(clock, curve, slope, variables(list(z), **kind))
 
-    exactly = rates(at, second=True)
+    exactly = rates(at, order=2)
     step = 1e-4
     for j in range(6):
         ahead, behind = at.copy(), at.copy()
@@ -249,7 +250,7 @@ def test_inputs_with_a_tolerance_are_variables():
     widths = {"drive.frequency": Fraction(1, 100), "drive.pitch": Fraction(1, 10)}
     with arithmetic():
         middle, over, plain = (
-            Inputs(scenario, widths, view).constants() for view in ("middle", "over", "balls")
+            Inputs(scenario, widths, view, 3).constants() for view in ("middle", "over", "balls")
         )  # fmt: skip
         for f, p in ((1, 1), (-1, 1), (1, -1)):
             corner = Inputs(
@@ -268,6 +269,11 @@ def test_inputs_with_a_tolerance_are_variables():
                 # Taylor: half the second derivatives over the box, times variables of one
                 rest = sum((abs(h).abs_upper() for h in jet.h.values()), exact(0))
                 assert abs(float(true - first.v - change)) <= float(rest) + 1e-15 * abs(float(true))
+                # and with second ones at the middle, a sixth of the third over the box, each triple in all its orders
+                bend = (first.h or {}).get
+                second = (bend((6, 6), 0) + bend((7, 7), 0) + 2 * f * p * bend((6, 7), 0)) / 2
+                rest = sum((abs(t).abs_upper() for t in jet.t.values()), exact(0)) / 2
+                assert abs(float(true - first.v - change - second)) <= float(rest) + 1e-15 * abs(float(true))
 
 
 @pytest.mark.parametrize(
@@ -317,6 +323,12 @@ NOT_ENCLOSED = {
         {"drive.yaw_rate": 0.0, "drive.path": {"position": [(0.0, 0.0, 0.15), (0.1, 0.0, 0.15)], "time": [0.0, 1e4]}},
         "drive.path",
     ),
+    "a drift into a wall": (
+        {"drive.yaw_rate": 0.0, "drive.velocity": (1e-3, 0.0, 0.0), "workspace.walls": {"x": ("-1 m", "1 m")}},
+        "drive.velocity",
+    ),
+    "a drift up to a surface": ({"drive.velocity": (0.0, 0.0, 1e-3), "workspace.surface": 0.05}, "drive.velocity"),
+    "a drive that sinks": ({"drive.velocity": (0.0, 0.0, -1e-4)}, "drive.velocity"),
     "walls that hold": ({"workspace.surface": 0.05, "workspace.contact": "hold"}, "workspace.contact"),
 }
 
@@ -329,18 +341,45 @@ def test_a_drive_or_walls_that_the_equations_leave_out_are_refused(name):
         Inputs(oracles.scenario_of(oracles.case()).replaced(changes)).constants()
 
 
+def clearance_at(scenario, place) -> float:
+    """The clearance of a tube of no width around a place where all stands still."""
+    state = [*place, 0.5, 0.5, -0.5, 0.5]
+    curve = [exact(float(x)) / exact(LENGTH) for x in state[:3]] + [exact(float(x)) for x in state[3:]]
+    still = Waves(np.zeros((0, 1)), np.zeros((0, 1)))
+    tube = Tube(still, (0,), (1e-9,), (1e-9,), (-1.0,), (0.0,), (False,), 1, 1, 1, 1, 1)
+    with arithmetic():
+        still_chart = Chart([[exact(0)] * 6 for _ in range(6)], [{}] * 6)
+        span = SimpleNamespace(straight=SimpleNamespace(curve=curve, chart=still_chart))
+        return clearance(Inputs(scenario), tube, [span])
+
+
 def test_clearance_is_from_where_a_run_ends():
     """Two magnets of different size: a run ends as near to either as the larger one reaches."""
     scenario = oracles.scenario_of(oracles.case(**CASES["two magnets, densities"]))
     scenario = scenario.replaced({"magnet.0.radius": "2 mm", "magnet.0.height": "2 mm", "magnet.1.radius": "40 mm"})
-    state = [*scenario.drive.start, 0.5, 0.5, -0.5, 0.5]
-    curve = [exact(float(x)) / exact(LENGTH) for x in state[:3]] + [exact(float(x)) for x in state[3:]]
-    still = Waves(np.zeros((0, 1)), np.zeros((0, 1)))
-    tube = Tube(still, (0,), (1e-9,), (1e-9,), (-1.0,), (0.0,), (False,), 1, 1, 1, 1)
+    start = scenario.drive.start
     with arithmetic():
-        motion = Swimming(Inputs(scenario).constants())
-        span = SimpleNamespace(straight=SimpleNamespace(curve=curve, frame=flint.arb_mat(6, 6)))
-        found = clearance(scenario, motion, tube, [span])
-        magnets = [[float(x) * UNIT for x in source.place] for source in motion.constants.sources]
-    gaps = [math.dist(state[:3], place) - scenario.contact_distance for place in magnets]
-    assert found == pytest.approx(min(gaps), rel=1e-12)
+        sources = Inputs(scenario).constants().sources
+        magnets = [[float(x) * UNIT for x in source.place] for source in sources]
+    gaps = [math.dist(start, place) - scenario.contact_distance for place in magnets]
+    assert clearance_at(scenario, start) == pytest.approx(min(gaps), rel=1e-12)
+
+
+@pytest.mark.parametrize("about", ["origin", "magnet"])
+def test_clearance_counts_where_a_run_ends_as_fallen(about):
+    """Beside the height that the engine's kernels are given, from which on a run has fallen: above it and below."""
+    scenario = oracles.scenario_of(oracles.case(about=about))
+    limit = float(pack_bounds([scenario])["fall"][0])
+    x, y, _ = scenario.drive.start
+    for above in (0.02, 1e-6, -1e-6, -0.02):
+        assert clearance_at(scenario, (x, y, limit + above)) == pytest.approx(above, rel=1e-9)
+
+
+def test_clearance_counts_walls_that_a_drift_passes_or_leaves_behind():
+    """Walls along it stay as near as they are, and a floor that it rises from is nearest as it starts; axis upright."""
+    across = oracles.scenario_of(oracles.case(yaw=0.0, velocity=(1e-3, 0.0, 0.0)))
+    rising = across.replaced({"drive.velocity": (0.0, 0.0, 1e-3), "workspace.floor": -0.1})
+    (x, y, z), device = across.drive.start, across.device
+    beside = across.replaced({"workspace.walls": {"y": (y - 0.5, y + 0.04)}})
+    assert clearance_at(beside, (x, y, z)) == pytest.approx(0.04 - max(device.head_radius, device.tail_radius))
+    assert clearance_at(rising, (x, y, z)) == pytest.approx(z - device.tail_length - device.tail_radius + 0.1)

@@ -22,11 +22,10 @@ def test_without_a_folder_nothing_is_kept(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_with_a_folder_the_last_line_says_where_the_figure_is(tmp_path):
+def test_with_a_folder_the_last_lines_say_where_the_figure_and_all_else_is(tmp_path):
     said = run("reproduce", "fig5", "-o", "out")
     assert said.status == 0
-    last = said.out.splitlines()[-1]
-    named = last.removeprefix("written to ").split(", ")
+    named = [line.removeprefix("  written to    ") for line in said.out.splitlines() if line.startswith("  written to")]
     assert named[0] == "out/fig5.png"
     assert {tmp_path / name for name in named} == set((tmp_path / "out").iterdir())
 

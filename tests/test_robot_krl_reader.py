@@ -148,6 +148,7 @@ SAME = {  # arithmetic that comes to the same programme
     ),
     "joint speeds": ("PTP XSTART", "BAS (#VEL_PTP,10)\nBAS (#ACC_PTP,100)\nPTP XSTART"),
     "comment": ("END\n", "END ; 17 more\n"),
+    "point set anew": (PATH, "XP1.Z=7\nXP1.Z=102\n" + PATH + "XBEGIN.Z=XBEGIN.Z*1\n"),
     "count left early": (PATH, "DECL INT I\nFOR I=1 TO 3\nIF I==1 THEN\nEXIT\nENDIF\nWAIT SEC 9\nENDFOR\n" + PATH),
     "function": (SPEED, "$VEL.CP=ABS(-0.00165)*COS(60)*SQRT(1)\n"),
     "spline block with": (PATH, "SPLINE WITH $VEL.CP=0.000825\nSPL XP1\nENDSPLINE\n"),
@@ -321,6 +322,12 @@ REFUSED = {
     "long pause": (PATH, "WAIT SEC 1E8\n" + PATH, "line 33: WAIT SEC must be"),
     "negative pause": (PATH, "WAIT SEC -1.0\n" + PATH, "line 33: WAIT SEC must be"),
     "never": (PATH, "WAIT FOR FALSE\n" + PATH, "line 33: the programme would wait"),
+    "changed for the next run": (
+        PATH, PATH + "XP1.Z=XP1.Z+1\n", "changes XP1, which its data list keeps: run a second time, the arm goes"
+    ),
+    "not twice": (
+        PATH, "XP1.X=XP1.X+0\n" + PATH + "XP1.X=9000\n", r"XP1, .* cannot be run twice: .*line 35: the arm cannot"
+    ),
     "another module": ("DEF row1", "DEF row2", ".dat file, line 1: DEFDAT ROW1 does not belong"),
 }  # fmt: skip
 

@@ -72,6 +72,20 @@ def test_the_motor_is_started_awaited_and_stopped_in_order():
     assert "DEF lab_OFF ( )\n$OUT[5]=FALSE\nLOOP\nHALT\nENDLOOP\nEND\n" in src
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("$OUT[5]=FALSE\nLOOP", "HALT\n$OUT[5]=FALSE\nLOOP", "on a stop the programme sets none"),
+        ("$OUT[5]=TRUE\nWAIT FOR $IN[7]", "WAIT FOR $IN[7]\n$OUT[5]=TRUE", "between switching it on and the beginning"),
+        ("WAIT FOR $IN[7]\n", "$OUT[3]=TRUE\nWAIT FOR $IN[7]\n", "the programme switches"),
+    ],
+)
+def test_a_handshake_in_another_order_is_not_the_plan_s(old, new, words):
+    src, _ = written("line")
+    assert old in src
+    assert any(words in line for line in differences(src.replace(old, new)))
+
+
 @pytest.mark.parametrize("frequency", [3.5, -3.5, 0.4])
 @pytest.mark.parametrize("phase", [0.0, 1.0, -2.5, 6.0])
 def test_the_path_begins_when_the_moment_is_where_the_plan_has_it(frequency, phase):

@@ -113,15 +113,19 @@ def test_figures_say_nothing_of_a_home_that_is_none(tmp_path):
     run = hm.simulate(hm.load("nose-first/fig3c"), duration=2.0)
     run.save(tmp_path / "run.nc")
     cache = os.environ.get("WARP_CACHE_PATH", str(Path.home() / ".cache" / "warp"))
-    found = shell(f"unset MPLCONFIGDIR; {HELIMAG} plot {tmp_path}/run.nc", HOME="/dev/null", WARP_CACHE_PATH=cache)
-    assert (found.returncode, found.stdout, found.stderr) == (0, f"{tmp_path}/run.png\n", "")
+    found = shell(
+        f"unset MPLCONFIGDIR; {HELIMAG} plot {tmp_path}/run.nc -o {tmp_path}/run.png --quiet",
+        HOME="/dev/null",
+        WARP_CACHE_PATH=cache,
+    )
+    assert (found.returncode, found.stdout, found.stderr) == (0, "", "")
 
 
 @pytest.mark.parametrize("place", [".", "..", "/", "", "./", "tests"])
 def test_folders_that_are_no_sweep_are_not_drawn(helimag, tmp_path, monkeypatch, place):
     (tmp_path / "in" / "tests").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "in")
-    status, out, err = helimag("plot", place)
+    status, out, err = helimag("plot", place, "-o", "a.png")
     assert (status, out) == (2, "")
     assert err.count("\n") == 1
     assert "is not a sweep's store: it has no zarr.json" in err

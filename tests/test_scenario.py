@@ -12,7 +12,7 @@ from pydantic import BaseModel
 import helimag as hm
 import oracles
 from helimag import quantities as q
-from helimag.scenario import MARKS, Scenario, parse
+from helimag.scenario import MARKS, Scenario, parse, schema
 
 PRESETS = hm.preset_names()
 TEXT = hm.load("nose-first/fig3c").to_toml()
@@ -415,9 +415,19 @@ def test_scenarios_are_frozen_and_hash_what_decides():
 
 
 def test_schema_is_json_and_knows_every_field():
-    schema = json.loads(json.dumps(Scenario.model_json_schema()))
-    assert set(schema["properties"]) == set(Scenario.model_fields)
-    assert schema["$defs"]["Drive"]["properties"]["pitch"]["type"] == "string"
+    told = json.loads(json.dumps(schema()))
+    assert set(told["properties"]) == set(Scenario.model_fields)
+    pitch = told["$defs"]["Drive"]["properties"]["pitch"]
+    assert pitch["type"] == "string"
+    assert pitch["description"].startswith("Elevation of the axis")
+    assert pitch["description"].endswith("an angle with its unit.")
+
+
+def test_every_key_says_what_it_means():
+    told = schema()
+    for name, part in {"Scenario": told, **told["$defs"]}.items():
+        for key, rule in part["properties"].items():
+            assert rule.get("description", "").endswith("."), f"{name}.{key} has no meaning"
 
 
 def test_coil_of_a_million_turns_is_refused():

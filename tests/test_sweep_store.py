@@ -402,7 +402,7 @@ def test_the_command_estimates_runs_reports_and_exports(tmp_path):
     dry = subprocess.run([*command, "--dry-run"], capture_output=True, text=True, check=True)
     assert dry.stdout.startswith("62 runs; about")
     assert not (tmp_path / "s.zarr").exists()
-    options = ["-o", str(tmp_path / "s.zarr"), "--json", "--export", str(tmp_path / "s.csv")]
+    options = ["-o", str(tmp_path / "s.zarr"), "--json", "-o", str(tmp_path / "s.csv")]
     found = json.loads(subprocess.run([*command, *options], capture_output=True, text=True, check=True).stdout)
     assert found["runs"] == 62
     assert sum(found["counts"].values()) == 62

@@ -13,9 +13,11 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Union, get_args, get_origin
 
+import gallery  # from this folder
+
 import helimag
 from helimag.physics import kinematics
-from helimag.scenario import Scenario, preset_names
+from helimag.scenario import Scenario, meanings, models_in, preset_names
 from helimag.scenario._device import Part
 from helimag.scenario._fields import Quantity
 
@@ -137,14 +139,6 @@ def formulas() -> str:
     return "\n".join(parts)
 
 
-def models(annotation: object) -> Iterator[type[Part]]:
-    """The scenario models in a field's type."""
-    if is_model(annotation):
-        yield annotation  # type: ignore[misc]
-    for inner in get_args(annotation):
-        yield from models(inner)
-
-
 def kind_of(annotation: object, schema: dict[str, Any]) -> str:
     """What may stand in the file: the wording of the JSON schema, in short."""
     if "$ref" in schema or "discriminator" in schema:
@@ -192,13 +186,14 @@ def default_of(model: type[Part], name: str) -> str:
 def scenario_keys(model: type[Part] = Scenario, path: str = "") -> str:
     """Tables of all keys of a scenario file, from the models and their JSON schema."""
     schema = model.model_json_schema()
+    told = meanings(model)
     rows = []
     below = []
     for name, field in model.model_fields.items():
         kind = kind_of(field.annotation, schema["properties"][name]) + sign_of(field.annotation, field.metadata)
-        rows.append((f"`{name}`", kind, default_of(model, name)))
+        rows.append((f"`{name}`", told[name], kind, default_of(model, name)))
         union = get_origin(field.annotation) in (Union, types.UnionType)
-        for inner in models(field.annotation):
+        for inner in models_in(field.annotation):
             deeper = f"{path}.{name}".lstrip(".")
             shape = (
                 f' with `{next(iter(inner.model_fields))} = "{inner.model_fields["shape"].default}"`'
@@ -208,7 +203,7 @@ def scenario_keys(model: type[Part] = Scenario, path: str = "") -> str:
             below.append(scenario_keys(inner, deeper).replace(f"## `[{deeper}]`", f"## `[{deeper}]`{shape}", 1))
     title = f"## `[{path}]`" if path else "## Top level"
     about = plain(model.__doc__)
-    return f"{title}\n\n{about}\n\n{table(('key', 'value', 'default'), iter(rows))}\n" + "\n".join(below)
+    return f"{title}\n\n{about}\n\n{table(('key', 'meaning', 'value', 'default'), iter(rows))}\n" + "\n".join(below)
 
 
 def trajectory_variables() -> str:
@@ -270,6 +265,8 @@ PARTS = {
     "api.md": public_names,
     "cli.md": commands,
     "formulas.md": formulas,
+    "gallery.md": gallery.page,
+    "map.toml": lambda: gallery.MAP,
     "presets.md": preset_marks,
     "models.md": scenario_models,
     "scenario.md": scenario_keys,

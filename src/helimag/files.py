@@ -12,6 +12,7 @@ from typing import Any
 
 from helimag.errors import FileError, InputError
 
+PART = ".part"  # what a file that is being written ends in
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")  # how one begins
 
 
@@ -38,7 +39,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     if target.is_dir():
         raise FileError(f"{path} is a directory; name a file in it")
     try:
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=PART)
     except OSError as error:
         raise FileError(f"{path} cannot be written: {error.strerror}") from None
     os.close(handle)
@@ -55,6 +56,15 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
     finally:
         beside.unlink(missing_ok=True)
+
+
+def discard_left(path: str | Path) -> None:
+    """Remove what killed processes that were replacing ``path`` left beside it; only where no other does so now."""
+    target = Path(path)
+    if target.parent.is_dir():
+        for left in target.parent.iterdir():
+            if left.name.startswith(f".{target.name}.") and left.name.endswith(PART):
+                left.unlink(missing_ok=True)
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:

@@ -1,6 +1,7 @@
 """Which device agrees with what was observed: plans, a posterior over free inputs, and what it predicts."""
 
 from helimag.calibration.calibrating import calibrate
+from helimag.calibration.drawing import drawn
 from helimag.calibration.findings import Findings, findings
 from helimag.calibration.fit import Posterior, as_json, is_fit, shown_unit
 from helimag.calibration.next_run import Worth, worths
@@ -16,10 +17,12 @@ from helimag.calibration.plan import (
     load_plan,
     parse_plan,
 )
-from helimag.calibration.prediction import Noise, Prediction, height_bands, predict
+from helimag.calibration.prediction import DRAWS, Prediction, height_bands, predict
 from helimag.calibration.problem import PreparedPlan, prepared
+from helimag.ensembles import Noise
 
 __all__ = [
+    "DRAWS",
     "NUMBERS",
     "CalibrationPlan",
     "Candidate",
@@ -36,6 +39,7 @@ __all__ = [
     "Worth",
     "as_json",
     "calibrate",
+    "drawn",
     "findings",
     "height_bands",
     "is_fit",

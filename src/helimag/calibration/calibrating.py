@@ -15,7 +15,7 @@ from helimag.calibration.fit import SHARES, Posterior, whole
 from helimag.calibration.plan import CalibrationPlan
 from helimag.calibration.problem import PreparedPlan, prepared
 from helimag.errors import FileError
-from helimag.files import replacing
+from helimag.files import discard_left, replacing
 
 Floats = NDArray[np.float64]
 
@@ -58,6 +58,8 @@ def calibrate(
         return problem.evaluate(problem.from_unit(points), threads=threads)[0]
 
     mark = _mark(problem)
+    if kept is not None and output is not None:
+        discard_left(output)  # and of the file beside it, whose name begins alike
     stand = None if kept is None or not kept.exists() else _resumed(kept, mark)
     if stand is None:
         stand = sampling.begin(likelihood, len(problem.names), problem.plan.particles, problem.plan.seed)

@@ -1,19 +1,18 @@
 """What a calibrated device will do: runs of a scenario at samples of the posterior, their verdicts and their bands."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.calibration.drawing import drawn
 from helimag.calibration.fit import SHARES, Posterior
-from helimag.calibration.problem import changed
 from helimag.engine import TOLERANCE, History, advance, start_state
-from helimag.ensembles import Ensemble, Perturbation, finished
-from helimag.errors import InputError
-from helimag.scenario import Input, Normal, Scenario
+from helimag.ensembles import Ensemble, Noise, finished
+from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
@@ -84,30 +83,11 @@ def _band(values: Sequence[float]) -> dict[str, float]:
     return dict(zip(("p05", "p50", "p95"), np.quantile(values, SHARES).tolist(), strict=True))
 
 
-@dataclass(frozen=True)
-class Noise:
-    """Errors of a lab: standard deviations of inputs about what a scenario says (SI), of the start (m, an axis)."""
-
-    inputs: dict[str, float] = field(default_factory=dict)
-    displacement: float = 0.0
-
-    def drawn(self, scenario: Scenario, random: np.random.Generator) -> tuple[Scenario, Floats]:
-        """A scenario with errors, and the state (7,) that its run begins in."""
-        priors = {path: Normal(Input(path).value(scenario), sd) for path, sd in self.inputs.items()}
-        if not priors and self.displacement == 0.0:
-            return scenario, start_state(scenario)
-        copies = Perturbation(priors, self.displacement).copies(scenario, 1, random)
-        return copies.scenarios[0], copies.states[0]
-
-
-NO_NOISE = Noise()
-
-
 def predict(
     scenario: Scenario,
     fit: Posterior,
     *,
-    noise: Noise = NO_NOISE,
+    noise: Noise | None = None,
     draws: int = DRAWS,
     seed: int = 0,
     tolerance: float = TOLERANCE,
@@ -136,27 +116,23 @@ def predict(
     Raises
     ------
     InputError
-        Where the scenario cannot have the fit's inputs, or a drawn value does not fit.
+        Where the scenario's device is not the fit's, cannot have its inputs, or a drawn value does not fit.
     RunError
         Where the numbers of a run broke down.
     """
-    if draws < 1:
-        raise InputError(f"a prediction must have at least one draw; got {draws}")
-    random = np.random.default_rng(seed)
-    best = changed(scenario, fit.plan.free, fit.best, None)
-    pairs = [noise.drawn(changed(scenario, fit.plan.free, values, None), random) for values in fit.draws(draws, random)]
-    states = np.array([start_state(best), *(state for _, state in pairs)])
+    devices = drawn(fit, scenario, draws=draws, noise=noise, seed=seed)
+    best, copies = devices.nominal(scenario), devices.copies(scenario)
     histories = finished(
         advance(
-            [best, *(copy for copy, _ in pairs)],
-            initial_states=states,
+            [best, *copies.scenarios],
+            initial_states=np.concatenate([start_state(best)[None], copies.states]),
             tolerance=tolerance,
             device=device,
             threads=threads,
             progress=progress,
         )
     )
-    inputs = tuple(dict.fromkeys([free.input for free in fit.plan.free if free.runs is None] + list(noise.inputs)))
+    inputs = tuple(dict.fromkeys([*devices.inputs, *devices.noise.inputs]))
     time = np.linspace(0.0, scenario.run.duration, TIMES)
     return Prediction(Ensemble(histories[0], histories[1:], inputs), time, height_bands(histories[1:], time))
 

@@ -7,6 +7,7 @@ import sys
 from cyclopts import App, CycloptsError
 
 from helimag.cli import calibration, checks, compare, design, orbits, pictures, robot, runs, studio, sweeps, vision
+from helimag.cli._common import common_of, speaking
 from helimag.cli._streams import OutputLost, guarded
 from helimag.errors import HelimagError, RunError
 
@@ -57,7 +58,9 @@ def _status() -> int:
     """What the process ends with, everything said."""
     try:
         try:
-            app(exit_on_error=False, print_error=False)
+            command, bound, _ = app.parse_args(exit_on_error=False, print_error=False)
+            with speaking(common_of(bound)):
+                command(*bound.args, **bound.kwargs)
         finally:
             sys.stdout.flush()
     except RunError as error:
@@ -72,8 +75,8 @@ def _status() -> int:
         name = str(error.filename)
         shown = name if len(name) <= LONGEST_SHOWN else f"{name[:LONGEST_SHOWN]}..."
         return _said(f"'{shown}' cannot be used as a path: {error.strerror}", 2)
-    except KeyboardInterrupt:
-        return _said("interrupted", 130)
+    except KeyboardInterrupt as stop:
+        return _said("; ".join(["interrupted", *map(str, stop.args)]), 130)
     except OutputLost as lost:
         return 1 if lost.broken else _said(f"standard output cannot be written: {lost}", 2)
     return 0

@@ -4,13 +4,13 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from helimag.cli._orbit_reports import files_report, print_files
+from helimag.cli._outputs import files_report, print_files
 from helimag.cli._proof_reports import proof_report
 from helimag.cli._shared import degrees, leading_words, print_json
 
 if TYPE_CHECKING:
     from helimag.orbits import Branch, Orbit
-    from helimag.proof import Proof
+    from helimag.proof import Certificate, Proof
     from helimag.scenario import Scenario
 
 Warnings = list[dict[str, Any]]
@@ -37,10 +37,17 @@ def orbit_report(orbit: "Orbit") -> dict[str, Any]:
     }
 
 
-def print_orbit(orbit: "Orbit", warnings: Warnings, json: bool, proof: "Proof | None" = None) -> None:
-    proved = {} if proof is None else {"proof": proof_report(proof)}
+def print_orbit(
+    orbit: "Orbit",
+    files: list[Path],
+    warnings: Warnings,
+    json: bool,
+    proof: "Proof | None" = None,
+    box: "Certificate | None" = None,
+) -> None:
+    proved = {} if proof is None else {"proof": proof_report(proof, box)}
     if json:
-        print_json(orbit_report(orbit) | proved | {"warnings": warnings})
+        print_json(orbit_report(orbit) | proved | {"warnings": warnings} | files_report(files))
         return
     print(f"{orbit.scenario.title}: {orbit.text}")
     if orbit.found:
@@ -55,23 +62,29 @@ def print_orbit(orbit: "Orbit", warnings: Warnings, json: bool, proof: "Proof | 
         print(f"  place         known to {float(f'{1e9 * orbit.position_error:.1g}'):g} nm in the integration")
     if proof is not None:
         print(f"  {'proved' if proof.proved else 'proof':13} {proof.reason} ({proof.seconds:.0f} s)")
+    if box is not None:
+        from helimag.proof import named_inputs, sentence
+
+        print(f"  {'proved':13} {sentence(box.claims, named_inputs(box))}")
+    print_files(files)
 
 
 def _shown(rate: complex) -> str:
     return f"{rate.real:.4g} ± {rate.imag:.4g}i" if rate.imag > 0.0 else f"{rate.real:.4g}"
 
 
-def print_orbits(scenario: "Scenario", found: "list[Orbit]", warnings: Warnings, json: bool) -> None:
+def print_orbits(scenario: "Scenario", found: "list[Orbit]", files: list[Path], warnings: Warnings, json: bool) -> None:
     if json:
-        print_json({"orbits": [orbit_report(orbit) for orbit in found], "warnings": warnings})
+        print_json({"orbits": [orbit_report(orbit) for orbit in found], "warnings": warnings} | files_report(files))
         return
     print(f"{scenario.title}: {len(found)} orbits found")
     for orbit in found:
         print(f"  {orbit.text}")
+    print_files(files)
 
 
 def print_branches(
-    orbit: "Orbit", path: str, branches: "list[Branch]", output: list[Path] | None, warnings: Warnings, json: bool
+    orbit: "Orbit", path: str, branches: "list[Branch]", files: list[Path], warnings: Warnings, json: bool
 ) -> None:
     from helimag import orbits
 
@@ -85,7 +98,7 @@ def print_branches(
                 "branches": [_branch_report(branch) for branch in branches],
                 "warnings": warnings,
             }
-            | files_report(output if branches else None)
+            | files_report(files)
         )
         return
     print(f"{orbit.scenario.title}: {orbit.text}")
@@ -95,7 +108,7 @@ def print_branches(
         print("  nowhere stable in this range, as far as the search goes")
     for branch in branches:
         print("  branch " + branch.text.replace("\n", "\n  "))
-    print_files(output if branches else None)
+    print_files(files)
 
 
 def _branch_report(branch: "Branch") -> dict[str, Any]:

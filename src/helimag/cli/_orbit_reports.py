@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from helimag.cli._outputs import files_report, print_files
 from helimag.cli._shared import print_json
 
 if TYPE_CHECKING:
@@ -27,15 +28,6 @@ if TYPE_CHECKING:
 
 def _complex(rates: "Sequence[complex] | NDArray[np.complex128]") -> list[list[float]]:
     return [[rate.real, rate.imag] for rate in rates]
-
-
-def files_report(output: list[Path] | None) -> dict[str, Any]:
-    return {"files": [str(path) for path in output or []]}
-
-
-def print_files(output: list[Path] | None) -> None:
-    for path in output or []:
-        print(f"  written to {path}")
 
 
 def print_map(result: "StabilityMap", boundary: "list[BoundaryCurve]", output: list[Path] | None, json: bool) -> None:

@@ -1,30 +1,21 @@
 """What the commands share: options, scenario with changes, progress, JSON."""
 
 import json
+import logging
 import math
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from helimag.errors import FileError, InputError
+from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
-    import xarray
-    from matplotlib.figure import Figure
-
     from helimag.quantities import Kind
     from helimag.scenario import Scenario
-
-FIGURES = (".png", ".svg", ".pdf")
-DATA = ".nc"
 
 ScenarioName = Annotated[str, Parameter(help="Name of a preset, or path of a TOML file.")]
 Changes = Annotated[
@@ -36,16 +27,7 @@ Changes = Annotated[
         help='Change a field, such as --set drive.pitch="15 deg". May be repeated.',
     ),
 ]
-Outputs = Annotated[
-    list[Path] | None,
-    Parameter(
-        name=["--output", "-o"],
-        negative="",
-        consume_multiple=False,
-        help="Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.",
-    ),
-]
-Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object on stdout and nothing else.")]
+LOG = logging.getLogger(__name__)
 
 
 @contextmanager
@@ -64,6 +46,7 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     bar = Progress(*columns, console=Console(stderr=True), transient=True)
     task = bar.add_task(what, total=1.0)
     begun = time.monotonic()
+    LOG.info("%s ...", what)
 
     def report(done: float) -> None:
         if bar.console.is_terminal and not bar.live.is_started and time.monotonic() - begun > 1.0:
@@ -75,43 +58,7 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     finally:
         if bar.live.is_started:
             bar.stop()
-
-
-def check_target(path: Path) -> None:
-    """Refuse a file that cannot be written before the work is done, not after."""
-    if path.is_dir():
-        raise FileError(f"{path} is a directory; name a file in it")
-    if not path.parent.is_dir():
-        raise FileError(f"{path} cannot be written: there is no folder '{path.parent}'")
-    try:
-        tempfile.TemporaryFile(dir=path.parent).close()
-    except OSError as error:
-        raise FileError(f"{path} cannot be written: {error.strerror}") from None
-
-
-def check_outputs(paths: list[Path] | None) -> None:
-    """Refuse figures and data that cannot be written, and figures without matplotlib, before the work is done."""
-    for path in paths or []:
-        if path.suffix.lower() not in (*FIGURES, DATA):
-            raise InputError(f"--output must end in {', '.join(FIGURES)} (a figure) or {DATA} (the data); got '{path}'")
-        check_target(path)
-    if any(path.suffix.lower() in FIGURES for path in paths or []):
-        import helimag.plots  # noqa: F401
-
-
-def write_outputs(
-    paths: list[Path] | None, figure: "Callable[[ModuleType], Figure]", dataset: "Callable[[], xarray.Dataset]"
-) -> None:
-    """Write the figure, which is drawn with :mod:`helimag.plots`, or the data to each path, as its suffix says."""
-    for path in paths or []:
-        if path.suffix.lower() == DATA:
-            from helimag.orbits import save_dataset
-
-            save_dataset(dataset(), path)
-        else:
-            from helimag import plots
-
-            plots.save(figure(plots), path)
+        LOG.info("%s: %.2f s", what, time.monotonic() - begun)
 
 
 def input_range(option: str, scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:

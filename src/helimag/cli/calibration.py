@@ -1,26 +1,37 @@
-"""The command calibrate, and what simulate says with --ensemble."""
+"""The command calibrate, what simulate says with --ensemble, and the options that go with that."""
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import Parameter
-
-from helimag.cli._shared import DATA, Json, check_target, print_json, progress_bar, quantity
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
+    Outputs,
+    check_outputs,
+    drawn,
+    files_report,
+    print_files,
+    the_one,
+    write_outputs,
+)
+from helimag.cli._shared import print_json, progress_bar, quantity
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.calibration import Noise, Posterior
+    from helimag.calibration import Posterior
+    from helimag.ensembles import Noise
     from helimag.scenario import Scenario
 
 
 def calibrate(
     plan: Path,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: Outputs = None,
     threads: int | None = None,
     next_runs: bool = True,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Find which devices agree with what was observed of runs.
 
@@ -29,25 +40,26 @@ def calibrate(
     plan
         TOML: runs with what was observed of them, and the inputs that are free, with their priors.
     output
-        netCDF file of the posterior. A calibration that was stopped goes on when the same command is given again.
+        Write the posterior (.nc; must be named) and a figure of it (.png, .svg, .pdf) to this file. May be repeated. A
+        calibration that was stopped goes on when the same command is given again.
     threads
         CPU threads; default one a core.
     next_runs
         Whether to say which run would tell most next.
     """
-    if output.suffix.lower() != DATA:
-        raise InputError(f"--output must end in {DATA} (netCDF); got '{output}'")
-    check_target(output)
+    check_outputs(output, DATA, FIGURE)
+    target = the_one(output, DATA)
     from helimag import calibration
 
     with progress_bar(f"calibrating {plan.name}") as progress:
-        fit = calibration.calibrate(plan, output=output, threads=threads, progress=progress)
+        fit = calibration.calibrate(plan, output=target, threads=threads, progress=progress)
+    write_outputs(output, {DATA: lambda _: None, FIGURE: drawn(lambda plots: plots.draw_fit(fit))})
     found = calibration.findings(fit)
     worths = calibration.worths(fit, threads=threads) if next_runs else []
-    if json:
+    if common.json:
         told = [{"run": each.name, "spread": each.spread, "told_nats": each.told} for each in worths]
-        report = calibration.as_json(fit) | {"findings": found.as_json(), "next_runs": told, "file": str(output)}
-        print_json(report)
+        report = calibration.as_json(fit) | {"findings": found.as_json(), "next_runs": told}
+        print_json(report | files_report(output))
         return
     print(f"{fit.plan.name}: {len(fit.samples)} samples from {fit.evaluations} likelihoods")
     print(_table(fit))
@@ -57,7 +69,8 @@ def calibrate(
         print("next, most telling first:")
         for each in worths[:3]:
             print(f"  {each.text}")
-    print(f"log evidence {fit.evidence:.1f} +- {fit.evidence_sd:.1f}; written to {output}")
+    print(f"log evidence {fit.evidence:.1f} ± {fit.evidence_sd:.1f}")
+    print_files(output)
 
 
 def _table(fit: "Posterior") -> str:
@@ -77,7 +90,7 @@ def _table(fit: "Posterior") -> str:
 
 @dataclass(frozen=True)
 class DrawOptions:
-    """Options of simulate that go with --ensemble; None where they are left out."""
+    """Options of simulate, sweep and design that go with --ensemble; None where they are left out."""
 
     noise: list[str] | None
     displacement: str | None
@@ -90,20 +103,51 @@ class DrawOptions:
             if getattr(self, field.name) is not None:
                 raise InputError(f"--{field.name} goes with --ensemble only")
 
+    @property
+    def errors(self) -> dict[str, str]:
+        """Standard deviations of inputs, as text by path."""
+        texts: dict[str, str] = {}
+        for each in self.noise or []:
+            path, equals, sd = each.partition("=")
+            if not equals:
+                raise InputError(
+                    f"--noise must be an input and its standard deviation, drive.pitch='0.2 deg'; got {each!r}"
+                )
+            texts[path.strip()] = sd.strip().strip("\"'")
+        return texts
+
+    def noise_in(self, scenario: "Scenario") -> "Noise":
+        """Errors of each run of a scenario."""
+        from helimag import quantities
+        from helimag.ensembles import noise_of
+
+        moved = 0.0 if self.displacement is None else quantity("--displacement", self.displacement, quantities.LENGTH)
+        return noise_of(scenario, self.errors, moved, "--noise")
+
+    @property
+    def table(self) -> dict[str, object]:
+        """What is given, as a plan's [ensemble] has it."""
+        given = {
+            "draws": self.draws,
+            "seed": self.seed,
+            "displacement": self.displacement,
+            "noise": self.errors or None,
+        }
+        return {key: value for key, value in given.items() if value is not None}
+
 
 def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: str, json: bool) -> None:
     """What simulate prints with --ensemble."""
     from helimag import calibration
-    from helimag.calibration.prediction import DRAWS
 
     known = calibration.Posterior.load(fit)
-    draws = DRAWS if options.draws is None else options.draws
+    draws = calibration.DRAWS if options.draws is None else options.draws
     seed = options.seed or 0
     with progress_bar(f"predicting {scenario.title}") as progress:
         found = calibration.predict(
             scenario,
             known,
-            noise=_noise(scenario, options.noise, options.displacement),
+            noise=options.noise_in(scenario),
             draws=draws,
             seed=seed,
             device=device,
@@ -116,25 +160,3 @@ def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: st
     print(f"{scenario.title} with {draws} devices of {fit}")
     for line in found.text.splitlines():
         print(f"  {line}")
-
-
-def _noise(scenario: "Scenario", inputs: list[str] | None, displacement: str | None) -> "Noise":
-    from helimag import quantities
-    from helimag.calibration import Noise
-    from helimag.scenario import Input
-
-    found: dict[str, float] = {}
-    for each in inputs or []:
-        path, equals, sd = each.partition("=")
-        if not equals:
-            raise InputError(
-                f"--noise must be an input and its standard deviation, drive.pitch='0.2 deg'; got {each!r}"
-            )
-        try:
-            found[path.strip()] = Input(path.strip()).parsed(scenario, sd.strip().strip("\"'"))
-        except InputError as error:
-            raise InputError(f"--noise {path.strip()}: {error}") from None
-        if not found[path.strip()] > 0.0:
-            raise InputError(f"--noise {path.strip()} must be above zero; got {sd!r}")
-    moved = 0.0 if displacement is None else quantity("--displacement", displacement, quantities.LENGTH)
-    return Noise(found, moved)

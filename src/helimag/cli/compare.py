@@ -1,11 +1,11 @@
 """The command that lays a measured and a simulated run side by side: compare."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-from cyclopts import Parameter
-
-from helimag.cli._shared import Json, check_target, print_json
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import FIGURE, Outputs, check_outputs, drawn, files_report, print_files, write_outputs
+from helimag.cli._shared import print_json
 
 
 def compare(
@@ -13,8 +13,8 @@ def compare(
     simulated: Path,
     *,
     align: Literal["fit", "start", "none"] = "fit",
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    json: Json = False,
+    output: Outputs = None,
+    common: Common = PLAIN,
 ) -> None:
     """Compare a measured run with a simulated one: difference with uncertainty, gain and verdict side by side.
 
@@ -28,22 +28,17 @@ def compare(
         How the simulated run is brought to the measured one: "fit" turns it about the vertical, moves it and shifts it
         in time; "start" moves its start; "none" leaves it.
     output
-        Overlay figure to write: .png, .svg or .pdf.
+        Write a figure of both (.png, .svg, .pdf) to this file. May be repeated.
     """
     from helimag.runs import Trajectory
     from helimag.runs import compare as lay_side_by_side
 
-    if output is not None:
-        check_target(output)
+    check_outputs(output, FIGURE)
     comparison = lay_side_by_side(Trajectory.load(measured), Trajectory.load(simulated), align=align)
-    if output is not None:
-        from helimag import plots
-        from helimag.plots import draw_comparison
-
-        plots.save(draw_comparison(comparison), output)
+    write_outputs(output, {FIGURE: drawn(lambda plots: plots.draw_comparison(comparison))})
     numbers = comparison.numbers
-    if json:
-        print_json(numbers)
+    if common.json:
+        print_json(numbers | files_report(output))
         return
     ours, theirs = numbers["measured"], numbers["simulated"]
     low, high = ours["gain_95"]
@@ -65,5 +60,4 @@ def compare(
             )
     shift = ", ".join(f"{1e3 * value:.2f}" for value in numbers["translation_m"])
     print(f"alignment     {numbers['time_shift_s']:.2f} s, {numbers['yaw_deg']:.2f} deg about z, {shift} mm")
-    if output is not None:
-        print(f"written to    {output}")
+    print_files(output)

@@ -3,23 +3,18 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, validators
 
+from helimag.cli._common import PLAIN, Common
 from helimag.cli._found_orbits import orbit_report
-from helimag.cli._shared import (
-    Changes,
-    Json,
-    ScenarioName,
-    check_target,
-    input_range,
-    print_json,
-    progress_bar,
-    quantity,
-    scenario_from,
-)
+from helimag.cli._outputs import SCENARIO, Outputs, check_outputs, files_report, print_files, write_outputs
+from helimag.cli._shared import Changes, ScenarioName, input_range, print_json, progress_bar, quantity, scenario_from
+from helimag.cli.calibration import DrawOptions
 
 if TYPE_CHECKING:
     from helimag.design import Design
+    from helimag.ensembles import Devices
+    from helimag.scenario import Scenario
 
 
 def design(
@@ -37,9 +32,13 @@ def design(
             help='An input to choose with its range, such as --limit drive.pitch="5 deg..15 deg". May be repeated.',
         ),
     ] = None,
-    runs: int = 200,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    json: Json = False,
+    runs: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100_000))] = 200,
+    ensemble: Path | None = None,
+    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    displacement: str | None = None,
+    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
+    output: Outputs = None,
+    common: Common = PLAIN,
 ) -> None:
     """Find inputs whose orbit is stable with the largest margin, with tolerances that full runs confirm.
 
@@ -50,36 +49,60 @@ def design(
     radius
         Wanted of its circle, such as "12 mm".
     runs
-        How many full runs, all inputs off at once, must stay bounded.
+        How many full runs, all inputs off at once, must stay bounded; with --ensemble, how many devices are drawn.
+    ensemble
+        What calibrate wrote: choose the inputs that most of its devices stay with, instead of tolerances.
+    noise
+        With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
+        repeated.
+    displacement
+        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+    seed
+        With --ensemble: of the draws; 0 if left out.
     output
-        Write the designed scenario to this TOML file.
+        Write the designed scenario (.toml) to this file. May be repeated.
     """
-    if output is not None:
-        check_target(output)
+    check_outputs(output, SCENARIO)
     from helimag import quantities
     from helimag.design import design as find_inputs
-    from helimag.files import replacing
 
     chosen = scenario_from(scenario, changes)
     limits = dict(input_range("--limit", chosen, text) for text in limit) if limit else None
+    devices = _devices(chosen, ensemble, DrawOptions(noise, displacement, None, seed), runs)
     with progress_bar(f"designing {chosen.title}") as progress:
         result = find_inputs(
             chosen,
             speed=None if speed is None else quantity("--speed", speed, quantities.VELOCITY),
             radius=None if radius is None else quantity("--radius", radius, quantities.LENGTH),
             limits=limits,
+            devices=devices,
             runs=runs,
             progress=progress,
         )
-    if output is not None:
-        with replacing(output) as beside:
-            beside.write_text(result.scenario.to_toml(), encoding="utf-8")
-    if json:
-        print_json(_report(result))
+    write_outputs(output, {SCENARIO: lambda path: _write(result, path)})
+    if common.json:
+        print_json(_report(result) | files_report(output))
         return
     print(result.text)
-    if output is not None:
-        print(f"written to {output}")
+    print_files(output)
+
+
+def _write(result: "Design", path: Path) -> None:
+    from helimag.files import replacing
+
+    with replacing(path) as beside:
+        beside.write_text(result.scenario.to_toml(), encoding="utf-8")
+
+
+def _devices(scenario: "Scenario", fit: Path | None, options: DrawOptions, count: int) -> "Devices | None":
+    """The devices that the inputs are to be good for."""
+    if fit is None:
+        options.check_unused()
+        return None
+    from helimag.calibration import Posterior, drawn
+
+    noise = options.noise_in(scenario)
+    return drawn(Posterior.load(fit), scenario, draws=count, noise=noise, seed=options.seed or 0)
 
 
 def _report(result: "Design") -> dict[str, Any]:
@@ -88,16 +111,18 @@ def _report(result: "Design") -> dict[str, Any]:
     inputs = {
         path: {
             "value": Input(path).value(result.scenario),
-            "tolerance": half,
-            "stable_low": result.intervals[path].low,
-            "stable_high": result.intervals[path].high,
+            "tolerance": result.tolerances.get(path),
+            "stable_low": interval.low,
+            "stable_high": interval.high,
         }
-        for path, half in result.tolerances.items()
+        for path, interval in result.intervals.items()
     }
+    share, low, high = result.probability
     verdicts = {str(verdict): count for verdict, count in result.verdicts.items()}
     return {
         "inputs": inputs,
         "runs": verdicts,
+        "probability_bounded": {"share": share, "low_95": low, "high_95": high},
         "runs_duration_s": result.duration,
         "on_orbit": result.on_orbit,
         "orbit": orbit_report(result.orbit),

@@ -4,23 +4,36 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from helimag.cli._orbit_reports import files_report, print_files
-from helimag.cli._shared import Json, Outputs, check_outputs, print_json, progress_bar, write_outputs
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
+    Outputs,
+    check_outputs,
+    drawn,
+    files_report,
+    print_files,
+    stored,
+    write_outputs,
+)
+from helimag.cli._shared import print_json, progress_bar
 
 if TYPE_CHECKING:
     from helimag.orbits import Along, BoundaryCurve, OrbitCase, OrbitComparison
     from helimag.sweeps import Nodes, ResolvedAxis
 
 
-def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
+def against(store: Path, *, output: Outputs = None, common: Common = PLAIN) -> None:
     """Set the verdicts of a sweep beside the orbits of its inputs, and explain each that does not agree.
 
     Parameters
     ----------
     store
         A sweep's store (.zarr) whose points lie on a grid.
+    output
+        Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.
     """
-    check_outputs(output)
+    check_outputs(output, FIGURE, DATA)
     from helimag import orbits
     from helimag.sweeps import load_sweep, nodes_of
 
@@ -33,10 +46,12 @@ def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
         curves = _boundary(nodes, result)
         write_outputs(
             output,
-            lambda _: _draw(dataset, curves),
-            lambda: orbits.comparison_dataset(result, base, _inputs(nodes), nodes.dimensions),
+            {
+                FIGURE: drawn(lambda plots: plots.draw_sweep(dataset, curves=curves)),
+                DATA: stored(lambda: orbits.comparison_dataset(result, base, _inputs(nodes), nodes.dimensions)),
+            },
         )
-    if json:
+    if common.json:
         print_json(_report(nodes, result) | files_report(output))
         return
     print(f"{store.name}: {result.text}")
@@ -46,12 +61,6 @@ def against(store: Path, *, output: Outputs = None, json: Json = False) -> None:
         edge = "" if result.away[case.node] else " (beside the boundary)"
         print(f"  {place}{edge}: {case.text}")
     print_files(output)
-
-
-def _draw(dataset: Any, curves: "list[BoundaryCurve]") -> Any:
-    from helimag.plots import draw_sweep
-
-    return draw_sweep(dataset, curves=curves)
 
 
 def _boundary(nodes: "Nodes", result: "OrbitComparison") -> "list[BoundaryCurve]":

@@ -4,27 +4,20 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from helimag.cli._orbit_reports import (
-    files_report,
-    flow_report,
-    print_basin,
-    print_files,
-    print_flow,
-    print_map,
-)
-from helimag.cli._shared import (
-    Changes,
-    Json,
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._orbit_reports import flow_report, print_basin, print_flow, print_map
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
     Outputs,
-    ScenarioName,
     check_outputs,
-    input_range,
-    print_json,
-    progress_bar,
-    quantity,
-    scenario_from,
+    drawn,
+    files_report,
+    print_files,
+    stored,
     write_outputs,
 )
+from helimag.cli._shared import Changes, ScenarioName, input_range, print_json, progress_bar, quantity, scenario_from
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -63,7 +56,7 @@ def map_(
     changes: Changes = None,
     nodes: int = 40,
     output: Outputs = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Map where an orbit is stable over two inputs, with the exact boundary.
 
@@ -71,11 +64,13 @@ def map_(
     ----------
     nodes
         Values of each input.
+    output
+        Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.
     """
     if len(vary) != 2:
         raise InputError(f"--vary must be given twice, with two inputs and their ranges; got {len(vary)}")
     _at_least("--nodes", nodes, 2)
-    check_outputs(output)
+    check_outputs(output, FIGURE, DATA)
     import numpy as np
 
     from helimag import orbits
@@ -91,9 +86,13 @@ def map_(
         result = orbits.stability_map(chosen, grids[0], grids[1], seeds=seeds, progress=watch.part(0.1, 0.5))
         curves = orbits.boundary_of(result, progress=watch.part(0.5, 1.0))
     write_outputs(
-        output, lambda plots: plots.draw_stability(result, curves), lambda: orbits.map_dataset(result, curves)
+        output,
+        {
+            FIGURE: drawn(lambda plots: plots.draw_stability(result, curves)),
+            DATA: stored(lambda: orbits.map_dataset(result, curves)),
+        },
     )
-    print_map(result, curves, output, json)
+    print_map(result, curves, output, common.json)
 
 
 def flow(
@@ -103,7 +102,7 @@ def flow(
     box: Box = None,
     nodes: int = 13,
     output: Outputs = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Work out the slow flow around an orbit: how the device drifts, where it stands still, and how exact that is.
 
@@ -111,9 +110,11 @@ def flow(
     ----------
     nodes
         Of the flow's grid along each side.
+    output
+        Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.
     """
     _at_least("--nodes", nodes, 4)
-    check_outputs(output)
+    check_outputs(output, FIGURE, DATA)
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
@@ -134,11 +135,13 @@ def flow(
             caught = orbits.basin(orbit, low=low, high=high, shape=starts, flow=result, progress=watch.part(0.9, 1.0))
     write_outputs(
         output,
-        lambda plots: plots.draw_flow(result, orbit, caught, fixed_points=points),
-        lambda: orbits.flow_dataset(result, pairs),
+        {
+            FIGURE: drawn(lambda plots: plots.draw_flow(result, orbit, caught, fixed_points=points)),
+            DATA: stored(lambda: orbits.flow_dataset(result, orbit, pairs, caught)),
+        },
     )
     report = flow_report(result, orbit, pairs, len(listed), errors)
-    if json:
+    if common.json:
         print_json(report | files_report(output))
     else:
         print_flow(result.scenario.title, orbit, report)
@@ -156,7 +159,7 @@ def basin(
     duration: str | None = None,
     check: int = 60,
     output: Outputs = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Find from which places a device that is let go comes to the stable orbit: volume, tally and picture.
 
@@ -173,11 +176,13 @@ def basin(
         Of each run, such as "2400 s"; default the orbit's longest decay time, within 1200 s and 20,000 s.
     check
         How many starts of the averaged model are also judged by full runs.
+    output
+        Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.
     """
     starts = DEFAULT_STARTS[engine] if nodes is None else nodes
     _at_least("--nodes", starts, 2)
     _at_least("--check", check, 1)
-    check_outputs(output)
+    check_outputs(output, FIGURE, DATA)
     if engine == "averaged" and attitude != "settled":
         raise InputError("--attitude released needs full runs: the averaged model knows settled attitudes only")
     from helimag import orbits
@@ -206,8 +211,14 @@ def basin(
                 orbit, low=low, high=high, shape=shape, duration=lasting, progress=watch.part(0.1, 0.65)
             )
             compared = orbits.agreement(caught, starts=check, progress=watch.part(0.65, 1.0))
-    write_outputs(output, lambda plots: plots.draw_basin(caught), lambda: orbits.basin_dataset(caught, compared))
-    print_basin(caught, compared, (low, high), output, json)
+    write_outputs(
+        output,
+        {
+            FIGURE: drawn(lambda plots: plots.draw_basin(caught)),
+            DATA: stored(lambda: orbits.basin_dataset(caught, compared)),
+        },
+    )
+    print_basin(caught, compared, (low, high), output, common.json)
 
 
 def _at_least(option: str, given: int, least: int) -> None:

@@ -6,22 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, Parameter
 
 from helimag.cli import orbit_against, orbit_grids, proofs
+from helimag.cli._common import PLAIN, Common
 from helimag.cli._found_orbits import print_branches, print_orbit, print_orbits
-from helimag.cli._shared import (
-    Changes,
-    Json,
-    Outputs,
-    ScenarioName,
-    check_outputs,
-    print_warnings,
-    progress_bar,
-    scenario_from,
-    write_outputs,
-)
+from helimag.cli._outputs import DATA, FIGURE, Outputs, check_outputs, drawn, stored, write_outputs
+from helimag.cli._shared import Changes, ScenarioName, print_warnings, progress_bar, scenario_from
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.orbits import Branch
+    from helimag.orbits import Branch, Orbit
     from helimag.scenario import Scenario
 
 app = App(name="orbit")
@@ -42,9 +34,10 @@ def orbit(
     start: Annotated[str | None, Parameter(name="--from", allow_leading_hyphen=True)] = None,
     stop: Annotated[str | None, Parameter(name="--to", allow_leading_hyphen=True)] = None,
     prove: Annotated[bool, Parameter(negative="")] = False,
+    tolerance: Annotated[bool, Parameter(negative="")] = False,
     certificate: Path | None = None,
     output: Outputs = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Find the orbit that a run settles on, whether it is stable, and over which inputs.
 
@@ -60,12 +53,16 @@ def orbit(
         Highest value.
     prove
         Prove by enclosures that the orbit exists and attracts, for all time: a theorem about the model.
+    tolerance
+        Look for how far frequency, pitch, distance and weight may be off, all at once, and prove that: some minutes.
     certificate
-        Write the certificate of the proof to this file (JSON).
+        Write the certificate of the proof to this file (.json); with --tolerance that of the box of inputs.
+    output
+        Write a figure (.png, .svg, .pdf) or the data (.nc) of what was found to this file. May be repeated.
     """
-    _check_options(every, vary, start, stop, output)
-    check_outputs(output)
-    proofs.check_options(prove, certificate, every or vary is not None)
+    _check_options(every, vary, start, stop)
+    check_outputs(output, FIGURE, DATA)
+    proofs.check_options(prove, certificate, tolerance, every or vary is not None)
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
@@ -77,8 +74,8 @@ def orbit(
             found = orbits.list_orbits(chosen, progress=progress)
         warnings = _warnings(chosen, [])
         print_warnings(warnings)
-        print_orbits(chosen, found, warnings, json)
-        if not found and not json:
+        print_orbits(chosen, found, _write_orbits(output, found), warnings, common.json)
+        if not found and not common.json:
             print(f"  {orbits.find_orbit(chosen).text}")
         return
     if vary is None or limits is None:
@@ -86,17 +83,44 @@ def orbit(
             result = orbits.find_orbit(chosen, progress=progress)
         warnings = _warnings(chosen, [])
         print_warnings(warnings)
-        print_orbit(result, warnings, json, proofs.proved(result, certificate) if prove else None)
+        proof = proofs.proved(result, certificate) if prove else None
+        box = None
+        if proof is not None and tolerance:
+            with progress_bar("proving a box of inputs") as progress:
+                box = proofs.tolerated(proof, certificate, progress)
+        files = _write_orbits(output, [result] if result.found else [])
+        print_orbit(result, files, warnings, common.json, proof, box)
         return
     with progress_bar(f"following orbits through {vary}") as progress:
         watch = orbits.Watch(progress)
         result = orbits.find_orbit(chosen, progress=watch.part(0.0, 0.1))
         branches = orbits.all_branches(result, vary, *limits, progress=watch.part(0.1, 1.0))
-    if branches:
-        write_outputs(output, lambda plots: plots.draw_branches(branches), lambda: orbits.branches_dataset(branches))
+    files = (output or []) if branches else []
+    write_outputs(
+        files,
+        {
+            FIGURE: drawn(lambda plots: plots.draw_branches(branches)),
+            DATA: stored(lambda: orbits.branches_dataset(branches)),
+        },
+    )
     warnings = _warnings(chosen, branches)
     print_warnings(warnings)
-    print_branches(result, vary, branches, output, warnings, json)
+    print_branches(result, vary, branches, files, warnings, common.json)
+
+
+def _write_orbits(output: list[Path] | None, found: "list[Orbit]") -> list[Path]:
+    """Draw or store orbits; the files written, none where there is no orbit."""
+    from helimag import orbits
+
+    files = (output or []) if found else []
+    write_outputs(
+        files,
+        {
+            FIGURE: drawn(lambda plots: plots.draw_orbits(found)),
+            DATA: stored(lambda: orbits.orbits_dataset(found)),
+        },
+    )
+    return files
 
 
 def _warnings(scenario: "Scenario", branches: "list[Branch]") -> list[dict[str, Any]]:
@@ -112,13 +136,9 @@ def _warnings(scenario: "Scenario", branches: "list[Branch]") -> list[dict[str, 
     return [caution.as_dict() for caution in found]
 
 
-def _check_options(
-    every: bool, vary: str | None, start: str | None, stop: str | None, output: list[Path] | None
-) -> None:
+def _check_options(every: bool, vary: str | None, start: str | None, stop: str | None) -> None:
     if every and vary is not None:
         raise InputError("--all lists the orbits of one scenario, --vary follows them: leave one of them out")
-    if output and vary is None:
-        raise InputError("--output draws orbits along an input: name it with --vary")
     if vary is None and (start is not None or stop is not None):
         raise InputError("--from and --to need --vary with the input that they limit, such as --vary drive.pitch")
     if vary is not None and (start is None or stop is None):

@@ -2,74 +2,133 @@
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from helimag.cli._shared import Json, check_target, print_json, progress_bar
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import (
+    FIGURE,
+    FILM,
+    OUTPUT,
+    PAGE,
+    Format,
+    Outputs,
+    Writer,
+    check_folder,
+    check_outputs,
+    drawn,
+    files_report,
+    print_files,
+    write_outputs,
+)
+from helimag.cli._shared import print_json, progress_bar
+from helimag.cli.runs import run_writers
+from helimag.cli.sweeps import sweep_writers
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from helimag.reproduce import Fig4, Reproduction
+
+MAKERS = "simulate, robot replay, vision, orbit, sweep, calibrate or robot program"
 
 
 def plot(
-    run: Path,
+    file: Path,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    animate: Path | None = None,
+    output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--animate"])] = None,
+    common: Common = PLAIN,
 ) -> None:
-    """Draw a run's path and time series or an animation, a sweep's gains and verdicts, or a calibration.
+    """Draw what another command wrote: a run, a sweep, orbits, a map, a flow, a basin, a calibration, a robot's path.
 
     Parameters
     ----------
-    run
-        A trajectory file, such as simulate wrote with -o, or a sweep's store (.zarr), or what
-        calibrate wrote.
+    file
+        What simulate, robot replay, vision, orbit, calibrate or sweep wrote with -o; or the timed path (.csv) that
+        robot program wrote.
     output
-        Figure to write: .png, .svg or .pdf, of a sweep also .html. Default: the run's name with .png.
-    animate
-        Film to write instead: .mp4.
+        Write a figure (.png, .svg, .pdf) to this file; of a sweep also an interactive page (.html), of a run a film
+        (.mp4). May be repeated. Left out: a .png beside the file, with its name.
     """
-    if run.suffix == ".zarr" or run.is_dir():
-        from helimag.cli.sweeps import plot_sweep
-
-        plot_sweep(run, output)
+    output = output or [(file if file.name else file.resolve()).with_suffix(".png")]
+    check_outputs(output, FIGURE, PAGE, FILM)
+    what, writers = _opened(file)
+    for path in output:
+        if not any(format.fits(path) for format in writers):
+            known = " or ".join(str(format) for format in writers if format in (FIGURE, PAGE, FILM))
+            raise InputError(f"--output must end in {known} for {what}; got '{path}'")
+    with progress_bar(f"drawing {file.name}"):
+        write_outputs(output, writers)
+    if common.json:
+        print_json({"drawn": str(file), "as": what} | files_report(output))
         return
-    target = output or (run.with_suffix(".png") if animate is None else None)
-    for path in (target, animate):
-        if path is not None:
-            check_target(path)
-    from helimag import plots
+    print(f"{file}: {what}")
+    print_files(output)
+
+
+def _opened(path: Path) -> tuple[str, dict[Format, Writer]]:
+    """What a file holds, in words, and what can be drawn of it."""
+    if path.suffix == ".zarr" or path.is_dir():
+        from helimag.sweeps import load_sweep
+
+        return "a sweep", sweep_writers(load_sweep(path))
+    if path.suffix.lower() == ".csv":
+        from helimag.robot import read_timed
+
+        table = read_timed(path)
+        return "a robot's path", {FIGURE: drawn(lambda plots: plots.draw_timed(table, path.stem))}
+    if path.suffix.lower() in (".json", ".toml", ".mp4", ".src"):
+        raise InputError(f"{path} holds nothing to draw: plot draws what {MAKERS} wrote")
+    return _opened_netcdf(path)
+
+
+def _opened_netcdf(path: Path) -> tuple[str, dict[Format, Writer]]:
     from helimag.calibration import Posterior, is_fit
+    from helimag.orbits import content_of
+    from helimag.runs import read_netcdf
     from helimag.runs.trajectory import Trajectory
 
-    if is_fit(run):
-        if animate is not None or target is None:
-            raise InputError("--animate films a run; a calibration is drawn as a figure")
-        plots.save(plots.draw_fit(Posterior.load(run)), target)
-        print(target)
-        return
+    if is_fit(path):
+        fit = Posterior.load(path)
+        return "a calibration", {FIGURE: drawn(lambda plots: plots.draw_fit(fit))}
+    dataset = read_netcdf(path)
+    if "plan" in dataset.attrs:
+        from helimag.sweeps import swept_in
+
+        return "a sweep", sweep_writers(swept_in(dataset))
+    content = content_of(dataset)
+    if content is not None:
+        return content.value, {FIGURE: _known(path, dataset)}
     try:
-        trajectory = Trajectory.load(run)
+        run = Trajectory.load(path)
     except InputError as error:
-        raise InputError(
-            f"{error}; plot draws what simulate, robot replay, vision or calibrate wrote, and sweeps"
-        ) from None
-    if animate is not None:
-        with progress_bar(f"filming {run.name}") as progress:
-            plots.animate(trajectory, animate, progress=progress)
-        print(animate)
-    if target is not None:
-        plots.save(plots.draw_run(trajectory), target)
-        print(target)
+        raise InputError(f"{error}; plot draws what {MAKERS} wrote") from None
+    return "a run", run_writers(run)
+
+
+def _known(path: Path, dataset: Any) -> Writer:
+    """A writer of figures of a dataset about orbits, which is looked at before the figure is made."""
+    from helimag.orbits import known_in
+
+    try:
+        known = known_in(dataset)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+    def draw(plots: Any) -> "Figure":
+        figure: Figure = plots.draw_known(known)
+        return figure
+
+    return drawn(draw)
 
 
 def reproduce(
     what: Literal["fig3", "fig4", "fig5", "table1"],
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Compute a figure or table of the paper and print it beside the published values.
 
@@ -78,22 +137,23 @@ def reproduce(
     what
         Which figure or table.
     output
-        Folder for the figure, the table and the runs; without one, nothing is kept.
+        Folder for the figure, the table and the runs, made where there is none; without one, nothing is kept.
     """
     if what == "fig4" and output is None:
         raise InputError("--output must name a folder for fig4: its sweeps take minutes and go on there if interrupted")
+    if output is not None:
+        check_folder(output)
     from helimag.reproduce import Fig4
 
     with tempfile.TemporaryDirectory() as idle:
         made = _reproduced(what, Path(idle) if output is None else output)
-    files = [] if output is None else [str(path) for path in made.files]
-    if json:
+    files = [] if output is None else made.files
+    if common.json:
         told = {"trends": made.trends} if isinstance(made, Fig4) else {"comparison": made.comparison}
-        print_json({"rows": made.rows, **told, "files": files})
+        print_json({"rows": made.rows, **told} | files_report(files))
         return
     print(made.text)
-    if files:
-        print(f"written to {', '.join(files)}")
+    print_files(files)
 
 
 def _reproduced(what: str, folder: Path) -> "Reproduction | Fig4":

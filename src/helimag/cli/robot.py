@@ -1,12 +1,25 @@
 """Commands about the arm: robot program, check, read-back, replay, jitter."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
 from helimag.cli import proofs
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
+    FILM,
+    OUTPUT,
+    Folder,
+    Outputs,
+    check_folder,
+    check_outputs,
+    files_report,
+    print_files,
+    write_outputs,
+)
 from helimag.cli._robot_reports import (
     deviation_data,
     judged,
@@ -15,7 +28,8 @@ from helimag.cli._robot_reports import (
     print_outcome,
     print_plan,
 )
-from helimag.cli._shared import Changes, Json, ScenarioName, check_target, print_json, progress_bar, scenario_from
+from helimag.cli._shared import Changes, ScenarioName, print_json, progress_bar, scenario_from
+from helimag.cli.runs import run_writers
 from helimag.errors import InputError, NotFeasible
 
 if TYPE_CHECKING:
@@ -40,16 +54,18 @@ def check(
     changes: Changes = None,
     cell: CellFile = None,
     unwind: Unwind = False,
-    figure: Path | None = None,
-    json: Json = False,
+    output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--figure"])] = None,
+    common: Common = PLAIN,
 ) -> None:
     """Report whether the arm can take the magnet along a scenario's path; exit status 1 where it cannot, and why.
 
     Parameters
     ----------
-    figure
-        Draw joints and limits over time into this file; the cell in 3-D goes beside it, named with -cell.
+    output
+        Write a figure (.png, .svg, .pdf) of joints and limits over time to this file, and one of the cell beside it,
+        named with -cell. May be repeated.
     """
+    check_outputs(output, FIGURE)
     from helimag import robot
 
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
@@ -57,12 +73,12 @@ def check(
     other = None if unwind else robot.with_unwinding(plan)
     if other is not None:
         found["with_unwinding"] = other
-    if figure is not None:
-        _draw(plan, figure)  # names the files on stderr
-    if json:
-        print_json(found)
+    files = [path for target in output or [] for path in _draw(plan, target)]
+    if common.json:
+        print_json(found | files_report(files))
     else:
         print_plan(found)
+        print_files(files)
     if not plan.feasible:
         raise NotFeasible(f"the arm cannot run '{plan.scenario.title}': {plan.offence}")
 
@@ -71,7 +87,7 @@ def check(
 def program(
     scenario: ScenarioName,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: Folder,
     changes: Changes = None,
     cell: CellFile = None,
     unwind: Unwind = False,
@@ -79,14 +95,14 @@ def program(
     accept_unbounded: Annotated[bool, Parameter(negative="")] = False,
     spline: Annotated[bool, Parameter(negative="")] = False,
     certificate: Path | None = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Write the programme of a scenario: KRL, a RoboDK script, the timed path, the motor's set-points.
 
     Parameters
     ----------
     output
-        Folder for the files.
+        Folder for the files, made where there is none.
     name
         Name of the programme; default made of the scenario's name.
     accept_unbounded
@@ -96,6 +112,7 @@ def program(
     certificate
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate); the header names it by its hash.
     """
+    check_folder(output)
     from helimag import robot
 
     if name is not None:
@@ -108,13 +125,12 @@ def program(
     written = robot.write_programme(
         plan, output, run=run, name=name, accept_unbounded=accept_unbounded, spline=spline, certificate=proof
     )
-    if json:
-        print_json({"files": [str(path) for path in written], "verdict": str(run.verdict), **robot.report(plan)})
+    if common.json:
+        print_json({"verdict": str(run.verdict), **robot.report(plan)} | files_report(written))
         return
     print(f"{plan.scenario.title}: {run.verdict}, {run.judgement.reason}")
-    print(f"  expected duration {plan.duration:.1f} s, {len(plan.unwindings)} unwindings")
-    for path in written:
-        print(f"  {path}")
+    print(f"  duration      {plan.duration:.1f} s, {len(plan.unwindings)} unwindings")
+    print_files(written)
 
 
 @app.command(name="read-back")
@@ -125,7 +141,7 @@ def read_back(
     changes: Changes = None,
     cell: CellFile = None,
     unwind: Unwind = False,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Interpret a KRL programme and compare it with the plan of its scenario; exit status 1 where they differ.
 
@@ -140,7 +156,7 @@ def read_back(
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
     playback = robot.play(*robot.krl_texts(source), plan.cell.arm, inputs=plan.cell.inputs)
     found = robot.deviation(plan, playback)
-    if json:
+    if common.json:
         print_json(deviation_data(found, plan, playback))
     else:
         print_deviation(found, plan, playback, source)
@@ -158,8 +174,8 @@ def replay(
     *,
     changes: Changes = None,
     cell: CellFile = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    json: Json = False,
+    output: Outputs = None,
+    common: Common = PLAIN,
 ) -> None:
     """Simulate what the device would have done under what the arm really did.
 
@@ -168,22 +184,21 @@ def replay(
     log
         Measured poses (.csv, with units and frames), or a KRL programme (.src) to run on paper.
     output
-        Write the trajectory to this netCDF file.
+        Write the trajectory (.nc), a figure (.png, .svg, .pdf) or a film (.mp4) to this file. May be repeated.
     """
+    check_outputs(output, DATA, FIGURE, FILM)
     from helimag import robot
 
-    if output is not None:
-        check_target(output)
     chosen = scenario_from(scenario, changes)
     run = _simulated(robot.replayed(chosen, _log(log, chosen, cell), log.name))
     planned = _simulated(chosen)
-    if output is not None:
-        run.save(output)
-    if json:
-        print_json({"replayed": judged(run), "planned": judged(planned)})
+    write_outputs(output, run_writers(run))
+    if common.json:
+        print_json({"replayed": judged(run), "planned": judged(planned)} | files_report(output))
         return
     print(f"{log.name}: {run.verdict}, {run.judgement.reason}; gain {run.gain:.3f}")
     print(f"{chosen.title} as planned: {planned.verdict}, {planned.judgement.reason}; gain {planned.gain:.3f}")
+    print_files(output)
 
 
 @app.command
@@ -195,7 +210,7 @@ def jitter(
     cell: CellFile = None,
     draws: int = 4,
     seed: int = 0,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Find what errors of arm and motor do to the gain.
 
@@ -221,7 +236,7 @@ def jitter(
         ensembles = robot.study(chosen, errors, draws=draws, seed=seed, progress=progress)
     judged = {"none": [next(iter(ensembles.values())).judgement]}
     judged |= {kind: ensemble.judgements for kind, ensemble in ensembles.items()}
-    if json:
+    if common.json:
         print_json({"source": errors.source, "outcomes": [outcome_data(kind, runs) for kind, runs in judged.items()]})
         return
     print(f"{chosen.title}, errors {errors.source}")
@@ -258,8 +273,7 @@ def _log(path: Path, scenario: "Scenario", cell: Path | None) -> Any:
     return robot.read_log(path, chosen)
 
 
-def _draw(plan: "ArmPlan", target: Path) -> None:
+def _draw(plan: "ArmPlan", target: Path) -> list[Path]:
     from helimag import plots
 
-    for path in plots.save_plan(plan, target):
-        print(path, file=sys.stderr)
+    return plots.save_plan(plan, target)

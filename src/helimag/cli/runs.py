@@ -7,12 +7,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter, validators
 
 from helimag.cli import proofs
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
+    FILM,
+    Outputs,
+    check_outputs,
+    drawn,
+    files_report,
+    print_files,
+    write_outputs,
+)
 from helimag.cli._shared import (
     Changes,
-    Json,
     ScenarioName,
     accuracy_told,
-    check_target,
     degrees,
     leading_words,
     print_json,
@@ -26,12 +36,15 @@ from helimag.errors import InputError
 from helimag.outcomes import Future
 
 if TYPE_CHECKING:
+    from helimag.cli._outputs import Format, Writer
     from helimag.orbits import Outlook
     from helimag.runs.trajectory import Trajectory
     from helimag.scenario import Scenario
 
 
-def presets(name: str | None = None, *, schema: Annotated[bool, Parameter(negative="")] = False) -> None:
+def presets(
+    name: str | None = None, *, schema: Annotated[bool, Parameter(negative="")] = False, common: Common = PLAIN
+) -> None:
     """List the presets, or print one as TOML.
 
     Parameters
@@ -41,12 +54,19 @@ def presets(name: str | None = None, *, schema: Annotated[bool, Parameter(negati
     schema
         Print the JSON schema of scenario files instead.
     """
-    from helimag.scenario import Scenario, load, preset_names
+    from helimag import scenario as scenarios
+    from helimag.scenario import load, preset_names
 
     if schema:
-        print_json(Scenario.model_json_schema())
+        print_json(scenarios.schema())
     elif name is not None:
-        print(load(name).to_toml(), end="")
+        scenario = load(name)
+        if common.json:
+            print_json(scenario.model_dump(mode="json") | {"hash": scenario.hash})
+        else:
+            print(scenario.to_toml(), end="")
+    elif common.json:
+        print_json({"presets": [_preset_report(preset) for preset in preset_names()]})
     else:
         wide = max(map(len, preset_names()))
         for preset in preset_names():
@@ -59,13 +79,30 @@ def presets(name: str | None = None, *, schema: Annotated[bool, Parameter(negati
             )
 
 
+def _preset_report(name: str) -> dict[str, Any]:
+    from helimag.scenario import load
+
+    scenario = load(name)
+    drive = scenario.drive
+    return {
+        "name": name,
+        "frequency_hz": drive.frequency,
+        "pitch_deg": degrees(drive.pitch),
+        "distance_m": drive.distance,
+        "yaw_rate_deg_per_s": degrees(drive.yaw_rate),
+        "velocity_m_per_s": list(drive.velocity),
+        "duration_s": scenario.run.duration,
+        "hash": scenario.hash,
+    }
+
+
 def simulate(
     scenario: ScenarioName,
     *,
     changes: Changes = None,
     duration: str | None = None,
     interval: str | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Outputs = None,
     method: str = "direct",
     device: str = "cpu",
     orbit: bool = True,
@@ -76,7 +113,7 @@ def simulate(
     draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
     seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
     certificate: Path | None = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Run a scenario, judge it, and say what happens after its end.
 
@@ -87,7 +124,7 @@ def simulate(
     interval
         Time between samples in the result, such as "0.1 s".
     output
-        Write the trajectory to this netCDF file.
+        Write the trajectory (.nc), a figure (.png, .svg, .pdf) or a film (.mp4) to this file. May be repeated.
     method
         "direct", or "multirevolution": leaps over turns of the magnet where the device keeps in step; faster where
         runs are long and steady.
@@ -116,42 +153,53 @@ def simulate(
     own = {"run.duration": duration, "run.interval": interval}
     if ensemble is not None:
         _check_for_many(output, certificate, method)
-        predict(scenario_from(scenario, changes, own), ensemble, drawn, device=device, json=json)
+        predict(scenario_from(scenario, changes, own), ensemble, drawn, device=device, json=common.json)
         return
     drawn.check_unused()
     from helimag.engine import simulate as run
 
-    if output is not None:
-        check_target(output)
-        if output.suffix.lower() not in (".nc", ".nc4", ".h5"):
-            raise InputError(f"--output must end in .nc (netCDF, which is HDF5); got '{output}'")
+    check_outputs(output, DATA, FIGURE, FILM)
     chosen = scenario_from(scenario, changes, own)
     proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
         trajectory = run(chosen, method=method, device=device, accuracy=accuracy, progress=progress)
     if proof is not None:
         trajectory = proofs.carried(trajectory, proof)
-    if output is not None:
-        trajectory.save(output)
+    write_outputs(output, run_writers(trajectory))
     outlook = None
     if orbit:
         from helimag.orbits import explain
 
         with progress_bar(f"continuing {chosen.title}") as progress:
             outlook = explain(trajectory, progress=progress)
+        told = trajectory.noted(outlook=str(outlook.future), outlook_reason=outlook.text)
+        write_outputs([path for path in output or [] if DATA.fits(path)], run_writers(told))
     warnings = validity_warnings(trajectory.attributes)
     print_warnings(warnings)
-    if json:
-        print_json(_report(trajectory) | _outlook_report(outlook) | {"warnings": warnings})
+    if common.json:
+        print_json(_report(trajectory) | _outlook_report(outlook) | {"warnings": warnings} | files_report(output))
     else:
-        _print_summary(chosen, trajectory, output)
+        _print_summary(chosen, trajectory)
         if outlook is not None and outlook.future is not Future.GONE:
             print(f"  for all time  {outlook.text}")
+        print_files(output)
 
 
-def _check_for_many(output: Path | None, certificate: Path | None, method: str) -> None:
+def run_writers(run: "Trajectory") -> "dict[Format, Writer]":
+    """What can be made of a run: its data, a figure, a film."""
+    return {DATA: run.save, FIGURE: drawn(lambda plots: plots.draw_run(run)), FILM: lambda path: _film(run, path)}
+
+
+def _film(run: "Trajectory", path: Path) -> None:
+    from helimag import plots
+
+    with progress_bar(f"filming {path.name}") as progress:
+        plots.animate(run, path, progress=progress)
+
+
+def _check_for_many(output: list[Path] | None, certificate: Path | None, method: str) -> None:
     """Refuse with --ensemble what is for one run."""
-    if output is not None:
+    if output:
         raise InputError("--output writes one run; with --ensemble use --json")
     if certificate is not None or method != "direct":
         raise InputError("--certificate and --method are for one run; leave them out with --ensemble")
@@ -200,7 +248,7 @@ def _outlook_report(outlook: "Outlook | None") -> dict[str, Any]:
     }
 
 
-def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path | None) -> None:
+def _print_summary(scenario: "Scenario", trajectory: "Trajectory") -> None:
     judgement = trajectory.judgement
     print(f"{scenario.title}: {judgement.verdict}, {judgement.reason}")
     print(
@@ -225,11 +273,9 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory", output: Path 
     ]
     if guesses:
         print(f"  not published {', '.join(guesses)}")
-    if output is not None:
-        print(f"  written to    {output}")
 
 
-def resistance(scenario: ScenarioName, *, changes: Changes = None, json: Json = False) -> None:
+def resistance(scenario: ScenarioName, *, changes: Changes = None, common: Common = PLAIN) -> None:
     """Print the device's 6x6 resistance about its origin, translation first (SI), and whether it can be true."""
     from helimag import hydrodynamics
     from helimag.hydrodynamics.bounds import enclosing_resistance, violates
@@ -239,7 +285,7 @@ def resistance(scenario: ScenarioName, *, changes: Changes = None, json: Json = 
     model = chosen.device.hydrodynamics.model
     error = hydrodynamics.error_estimate(chosen.device)
     violated = violates(matrix, enclosing_resistance(chosen.device, chosen.fluid))
-    if json:
+    if common.json:
         mobility = hydrodynamics.mobility(matrix)
         report = {"resistance": matrix.tolist(), "mobility": mobility.tolist(), "model": model}
         print_json(report | {"error_estimate": error, "bound_violated": violated})

@@ -1,29 +1,51 @@
 """The command that makes many runs: sweep."""
 
-import sys
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, validators
 
-from helimag.cli._shared import Json, check_target, print_json, print_warnings, validity_warnings
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
+    OUTPUT,
+    PAGE,
+    STORE,
+    TABLE,
+    Outputs,
+    check_outputs,
+    drawn,
+    files_report,
+    print_files,
+    the_one,
+    write_outputs,
+)
+from helimag.cli._shared import print_json, print_warnings, validity_warnings
+from helimag.cli.calibration import DrawOptions
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from helimag.sweeps import SweepProgress
+    from helimag.cli._outputs import Format, Writer
+    from helimag.sweeps import Plan, SweepProgress
 
 
 def sweep(
     plan: Path,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--export"])] = None,
     scheduler: str | None = None,
     threads: int | None = None,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
-    export: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=False)] = None,
-    json: Json = False,
+    ensemble: Path | None = None,
+    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    displacement: str | None = None,
+    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
+    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
+    common: Common = PLAIN,
 ) -> None:
     """Run a plan into a store; the same command again goes on where it stopped.
 
@@ -32,38 +54,74 @@ def sweep(
     plan
         The plan: a TOML file with a base scenario and axes.
     output
-        The store: a zarr directory, such as OUT.zarr.
+        The store (.zarr, a folder; must be named but with --dry-run). Also write the result (.nc, .csv), a figure
+        (.png, .svg, .pdf) or an interactive page (.html) to this file. May be repeated.
     scheduler
         Address of a running dask scheduler, such as tcp://127.0.0.1:8786. Default: threads on this machine.
     threads
         How many threads on this machine. Default: one a core.
     dry_run
         Run a short trial only, and print the number of runs and an estimate of time and disk.
-    export
-        Also write the result to this .nc or .csv file. May be repeated.
+    ensemble
+        What calibrate wrote: run every point with devices from it, and keep how likely each outcome is there. This and
+        the following go over the plan's own [ensemble].
+    noise
+        With an ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
+        repeated.
+    displacement
+        With an ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+    draws
+        With an ensemble: how many devices a point; 32 if left out.
+    seed
+        With an ensemble: of the draws; 0 if left out.
     """
+    check_outputs(output, STORE, DATA, TABLE, FIGURE, PAGE)
     from helimag import sweeps
 
     if threads is not None and threads < 1:
         raise InputError(f"--threads must be at least 1; got {threads}")
-    if dry_run:
-        _print_estimate(sweeps.estimate(plan, threads=threads), json)
+    store = None if dry_run else the_one(output, STORE)
+    asked = _asked(plan, ensemble, DrawOptions(noise, displacement, draws, seed))
+    if store is None:
+        _print_estimate(sweeps.estimate(asked, threads=threads), common.json)
         return
-    if output is None:
-        raise InputError("--output must name the store, such as -o OUT.zarr; got none")
-    for target in export or []:
-        if target.suffix not in (".nc", ".csv"):
-            raise InputError(f"--export must end in .nc or .csv; got '{target}'")
-        check_target(target)
     try:
         with sweep_progress(plan.stem) as progress:
-            dataset = sweeps.sweep(plan, out=output, scheduler=scheduler, threads=threads, progress=progress)
+            dataset = sweeps.sweep(asked, out=store, scheduler=scheduler, threads=threads, progress=progress)
     except KeyboardInterrupt:
-        print(f"helimag: interrupted; run the same command again to go on from what is in {output}", file=sys.stderr)
-        sys.exit(130)
-    for target in export or []:
-        sweeps.export(dataset, target)
-    _print_result(dataset, output, export or [], json)
+        raise KeyboardInterrupt(f"run the same command again to go on from what is in {store}") from None
+    write_outputs(output, {STORE: lambda _: None, **sweep_writers(dataset)})
+    _print_result(dataset, store, output, common.json)
+
+
+def sweep_writers(dataset: Any) -> "dict[Format, Writer]":
+    """What can be made of a sweep: its data, a table, a figure, a page."""
+    from helimag.sweeps import export
+
+    return {
+        DATA: lambda path: export(dataset, path),
+        TABLE: lambda path: export(dataset, path),
+        FIGURE: drawn(lambda plots: plots.draw_sweep(dataset)),
+        PAGE: lambda path: _write_page(dataset, path),
+    }
+
+
+def _write_page(dataset: Any, path: Path) -> None:
+    from helimag import plots
+
+    plots.save_html(plots.interactive_sweep(dataset), path)
+
+
+def _asked(path: Path, ensemble: Path | None, options: DrawOptions) -> "Plan":
+    """The plan of a file, with what is given of an ensemble."""
+    from helimag import sweeps
+
+    plan = sweeps.load_plan(path)
+    if ensemble is None and plan.ensemble is None:
+        options.check_unused()
+        return plan
+    given = options.table | ({} if ensemble is None else {"fit": str(ensemble)})
+    return sweeps.with_ensemble(plan, given) if given else plan
 
 
 def _print_estimate(estimate: Any, json: bool) -> None:
@@ -77,15 +135,23 @@ def _print_estimate(estimate: Any, json: bool) -> None:
     )
 
 
-def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) -> None:
+def _print_result(dataset: Any, store: Path, output: list[Path] | None, json: bool) -> None:
     from helimag import sweeps
 
     counts = sweeps.counts(dataset)
     warnings = validity_warnings(dataset.attrs)
     print_warnings(warnings)
-    lines = [f"{output}: " + ", ".join(f"{count} {name}" for name, count in counts.items())]
-    report: dict[str, Any] = {"store": str(output), "runs": int(dataset["verdict"].size), "counts": counts}
-    boundary = sweeps.parse_plan(dataset.attrs["plan"]).boundary
+    lines = [f"{store}: " + ", ".join(f"{count} {name}" for name, count in counts.items())]
+    report: dict[str, Any] = {"store": str(store), "runs": int(dataset["verdict"].size), "counts": counts}
+    plan = sweeps.parse_plan(dataset.attrs["plan"])
+    boundary = plan.boundary
+    if plan.ensemble is not None:
+        told = _devices_told(plan.ensemble.draws, dataset)
+        report["ensemble"] = told
+        lines.append(
+            f"  with the likeliest device; of {told['draws']} drawn ones, the same at each point, "
+            f"{told['least_inside']:.0%} to {told['most_inside']:.0%} stay to the end"
+        )
     if boundary is not None:
         line = sweeps.boundary_line(dataset, boundary.verdict)
         report["boundary"] = {
@@ -101,24 +167,20 @@ def _print_result(dataset: Any, output: Path, exported: list[Path], json: bool) 
         lines.append(describe(line, dataset))
     report["warnings"] = warnings
     if json:
-        print_json(report)
+        print_json(report | files_report(output))
     else:
-        print("\n".join([*lines, *(f"written to {target}" for target in exported)]))
+        print("\n".join(lines))
+        print_files(output)
 
 
-def plot_sweep(store: Path, output: Path | None) -> None:
-    """Draw a sweep's store as a figure, or as an interactive page where the output ends in .html."""
-    from helimag import plots
-    from helimag.sweeps import load_sweep
+def _devices_told(draws: int, dataset: Any) -> dict[str, Any]:
+    """How many devices each point was run with, and the least and the largest share of them that stay."""
+    import numpy as np
 
-    dataset = load_sweep(store)
-    target = output or store.resolve().with_suffix(".png")
-    check_target(target)
-    if target.suffix == ".html":
-        plots.save_html(plots.interactive_sweep(dataset), target)
-    else:
-        plots.save(plots.draw_sweep(dataset), target)
-    print(target)
+    staying = dataset["probability_inside"].values
+    known = staying[np.isfinite(staying)]
+    ends = (float(known.min()), float(known.max())) if known.size else (math.nan, math.nan)
+    return {"draws": draws, "least_inside": ends[0], "most_inside": ends[1]}
 
 
 def describe(line: Any, dataset: Any) -> str:

@@ -5,14 +5,27 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
-from helimag.cli._shared import Json, check_target, print_json, progress_bar
+from helimag.cli._common import PLAIN, Common
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
+    RIG,
+    Folder,
+    Outputs,
+    check_folder,
+    check_outputs,
+    check_target,
+    files_report,
+    print_files,
+    write_outputs,
+)
+from helimag.cli._shared import print_json, progress_bar
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
     from helimag.runs.trajectory import Trajectory
 
 app = App(name="vision", help="Two cameras: render synthetic films, calibrate, track, import tracks.")
-Folder = Annotated[Path, Parameter(name=["--output", "-o"])]
 
 
 @app.command
@@ -31,6 +44,7 @@ def render(
     bits: int = 8,
     boards: Annotated[bool, Parameter(negative="--no-boards")] = True,
     seed: int = 0,
+    common: Common = PLAIN,
 ) -> None:
     """Film a simulated run as two cameras would see it through the tank's walls, with the truth beside it.
 
@@ -42,8 +56,10 @@ def render(
         Folder for the films, truth.nc, true-rig.json, and the pictures of the board with calibration.toml.
     kind
         H.264, MJPEG, or folders of pictures.
-    start, duration
-        Part of the run to film. Default: all of it.
+    start
+        Of the part of the run to film.
+    duration
+        Of that part. Default: to the run's end.
     dropped
         Share of the frames that are lost.
     clock_offset
@@ -61,6 +77,7 @@ def render(
     seed
         Of the rig and of all that is random.
     """
+    check_folder(output)
     from helimag import quantities as q
     from helimag import vision
     from helimag.runs.trajectory import Trajectory
@@ -84,17 +101,20 @@ def render(
     if boards:
         with progress_bar("photographing the board") as progress:
             paths["calibration"] = vision.render_session(rig, output, seed=seed, progress=progress)
-    for name, path in paths.items():
-        print(f"{name:12s}{path}")
+    if common.json:
+        print_json({name: str(path) for name, path in paths.items()} | files_report(paths.values()))
+        return
+    print(f"{run.name} as {', '.join(paths)}")
+    print_files(paths.values())
 
 
 @app.command
 def calibrate(
     session: Path,
     *,
-    output: Folder = Path("rig.json"),
+    output: Outputs = None,
     ignore_refraction: Annotated[bool, Parameter(negative="")] = False,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Calibrate two cameras and the walls that they look through from pictures of a board.
 
@@ -103,7 +123,7 @@ def calibrate(
     session
         calibration.toml: board, tank, datum and folders of pictures.
     output
-        Calibrated rig to write (JSON).
+        Calibrated rig to write (.json). Without it, only report.
     ignore_refraction
         Take light to go straight. For comparison only.
     """
@@ -111,15 +131,15 @@ def calibrate(
 
     from helimag import vision
 
-    check_target(output)
+    check_outputs(output, RIG)
     with progress_bar("calibrating") as progress:
         result = vision.calibrate(vision.Session.load(session), refraction=not ignore_refraction, progress=progress)
-    result.rig.save(output)
-    if json:
-        print_json({**result.report, "warnings": result.warnings})
+    write_outputs(output, {RIG: result.rig.save})
+    if common.json:
+        print_json({**result.report, "warnings": result.warnings} | files_report(output))
         return
     _print_calibration(result.report)
-    print(f"written to  {output}")
+    print_files(output)
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
 
@@ -149,18 +169,20 @@ def track(
     rig: Path,
     gap: str | None = None,
     scenario: str | None = None,
-    output: Folder = Path("measured.nc"),
+    output: Outputs = None,
     rate: float | None = None,
     clock_offset: str | None = None,
     review: Path | None = None,
-    json: Json = False,
+    common: Common = PLAIN,
 ) -> None:
     """Track the device through two films and judge the run by the same code as a simulated one.
 
     Parameters
     ----------
-    first, second
-        The films of the rig's first and second camera: .mp4, .avi, or folders of PNG or TIFF pictures.
+    first
+        The film of the rig's first camera: .mp4, .avi, or a folder of PNG or TIFF pictures.
+    second
+        That of its second camera.
     rig
         What calibrate wrote.
     gap
@@ -168,7 +190,7 @@ def track(
     scenario
         Preset or TOML file of the run; gives the gap and the device's shape.
     output
-        Trajectory file to write.
+        Trajectory (.nc) or figure (.png, .svg, .pdf) to write. May be repeated. Without it, only judge.
     rate
         Frames a second, where the films do not say.
     clock_offset
@@ -179,9 +201,9 @@ def track(
     from helimag import quantities as q
     from helimag import vision
 
-    for target in (output, review):
-        if target is not None:
-            check_target(target)
+    check_outputs(output, DATA, FIGURE)
+    if review is not None:
+        check_target(review)
     gap_length, shape, toml = _known(gap, scenario)
     calibrated = vision.Rig.load(rig)
     with progress_bar("tracking") as progress:
@@ -194,18 +216,18 @@ def track(
             clock_offset=None if clock_offset is None else q.parse(clock_offset, q.TIME),
             rate=rate,
             scenario=toml,
-            name=output.stem,
+            name=output[0].stem if output else f"{first.stem} and {second.stem}",
             progress=progress,
         )
-    run.save(output)
+    _write(run, output)
     if review is not None:
         with progress_bar("drawing the clip") as progress:
             vision.review(run, first, second, calibrated, review, shape=shape, rate=rate, progress=progress)
-    _tell(run, output, json)
+    _tell(run, output, common.json, [] if review is None else [review])
 
 
 @app.command(name="import")
-def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), json: Json = False) -> None:
+def import_(track: Path, *, gap: str, output: Outputs = None, common: Common = PLAIN) -> None:
     """Make a trajectory of a track from another tool, and judge it.
 
     Parameters
@@ -216,17 +238,17 @@ def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), json
     gap
         Height of the magnet above the device at the start, such as "102 mm".
     output
-        Trajectory file to write.
+        Trajectory (.nc) or figure (.png, .svg, .pdf) to write. May be repeated. Without it, only judge.
     """
     from helimag import quantities as q
     from helimag.runs.imported import import_track
 
-    check_target(output)
+    check_outputs(output, DATA, FIGURE)
     run = import_track(track, initial_gap=q.parse(gap, q.LENGTH))
-    run.save(output)
-    if not json:
+    _write(run, output)
+    if not common.json:
         print(run.dataset.attrs["source"])
-    _tell(run, output, json)
+    _tell(run, output, common.json)
 
 
 def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | None]:
@@ -246,17 +268,24 @@ def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | Non
     return length, Shape.of(known.device), known.to_toml()
 
 
-def _tell(run: "Trajectory", output: Path, json: bool) -> None:
+def _write(run: "Trajectory", output: list[Path] | None) -> None:
+    from helimag.cli.runs import run_writers
+
+    write_outputs(output, run_writers(run))
+
+
+def _tell(run: "Trajectory", output: list[Path] | None, json: bool, beside: list[Path] | None = None) -> None:
     import sys
 
     from helimag.runs.measurement import report
 
     numbers = report(run)
+    written = [*(output or ()), *(beside or ())]
     if json:
-        print_json(numbers)
+        print_json(numbers | files_report(written))
         return
     low, high = (1e3 * bound for bound in numbers["output_y_95_m"])
-    print(f"{output.stem}: {numbers['verdict']}, {numbers['reason']}")
+    print(f"{run.dataset.attrs['name']}: {numbers['verdict']}, {numbers['reason']}")
     print(f"  gain          {numbers['gain']:.4f}, 95 % {numbers['gain_95'][0]:.4f} to {numbers['gain_95'][1]:.4f}")
     print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, 95 % {low:.3f} to {high:.3f} mm")
     if "attack_angle_deg" in numbers:
@@ -268,6 +297,6 @@ def _tell(run: "Trajectory", output: Path, json: bool) -> None:
     print(f"  samples       {numbers['samples']}, {len(numbers['gaps'])} gaps, {lost:.2f} s together")
     for begin, until, reason in [gap for gap in numbers["gaps"] if gap[1] - gap[0] > 0.5][:8]:
         print(f"    gap         {begin:.2f} s to {until:.2f} s: {reason}")
-    print(f"  written to    {output}")
+    print_files(written)
     for warning in numbers["warnings"]:
         print(f"warning: {warning}", file=sys.stderr)

@@ -10,7 +10,7 @@ from helimag.outcomes import Verdict
 
 SAMPLES = 256  # places of the inputs' box that are looked at first
 ROUNDS = 5  # of spreading from the stable ones among them
-CANDIDATES = 4
+SOLVED = 24  # samples that are brought to the wanted values, the nearest ones
 FIRST_LOOK = 1800.0  # s, of runs that tell whether devices settle from the scenario's start
 
 Sample = tuple[Floats, Orbit]  # shares of the limits, and the orbit there
@@ -57,14 +57,14 @@ def settling_samples(samples: list[Sample], unstable: Floats, watch: Watch) -> t
 
 
 def candidates(task: DesignTask, samples: list[Sample], avoided: Floats, watch: Watch) -> list[Orbit]:
-    """Orbits with the wanted values, those first that lie far from all places to be avoided."""
+    """Orbits with the wanted values, up to :data:`SOLVED`, those first that lie far from all places to be avoided."""
     solved = []
-    near = sorted(samples, key=lambda sample: task.miss(sample[1]))[: 6 * CANDIDATES]
+    near = sorted(samples, key=lambda sample: task.miss(sample[1]))[:SOLVED]
     for count, (_, orbit) in enumerate(near):
         fit = fitted(task, orbit, watch.turn(count, len(near)))
         if fit is not None:
             solved.append(fit)
-    return sorted(solved, key=lambda orbit: -_room(task, orbit, avoided))[:CANDIDATES]
+    return sorted(solved, key=lambda orbit: -_room(task, orbit, avoided))
 
 
 def _room(task: DesignTask, orbit: Orbit, avoided: Floats) -> float:

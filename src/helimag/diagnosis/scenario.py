@@ -94,7 +94,7 @@ def diagnose(scenario: Scenario) -> Diagnosis:
     InputError
         Where drag or weight cannot be computed.
     """
-    with announced("solving for the drag of this device, once (some ten seconds) ..."):
+    with announced("solving for the drag of this device, once (some ten seconds) ...", log="drag of the device"):
         matrix = resistance(scenario.device, scenario.fluid)
         checks = examine(scenario, thorough=True)
     inverse = mobility(matrix)

@@ -9,6 +9,7 @@ watched), ``loop`` (the kernel), ``batch`` and ``running`` (launches on threads)
 from helimag.engine.accuracy import Accuracy, accuracy_of
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.control import Control
+from helimag.engine.events import FALL_LIMIT
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
 from helimag.engine.leaping import leaps_hold
@@ -38,6 +39,7 @@ from helimag.engine.system import (
 
 __all__ = [
     "DOP853",
+    "FALL_LIMIT",
     "MAGNET_MODELS",
     "MULTIREVOLUTION",
     "OPEN_WATER",

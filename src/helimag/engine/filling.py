@@ -5,6 +5,7 @@ from functools import cache
 
 import warp as wp
 
+from helimag.engine.charts import from_chart, to_chart
 from helimag.engine.leaps import Curve, next_turn, weights_at
 from helimag.engine.moving import to_lab
 from helimag.engine.progress import Progress
@@ -144,12 +145,15 @@ def build_filled(system: System) -> wp.Function:
         records: wp.array2d(dtype=Record),
     ) -> Progress:
         p = before
-        y = begin
+        reference = before.leap.reference
+        y = to_chart(reference, begin)
+        state = begin
         jacobian = memory.jacobians[run]
         for j in range(p.leap.turns_aimed):
             number = p.leap.number + wp.float64(j)
             weights = weights_at(curve, number)
-            following = next_turn(jacobian, curve, weights, y)
+            y = next_turn(jacobian, curve, weights, y)
+            following = from_chart(reference, y)
             p = turn_filled(
                 body,
                 here,
@@ -162,12 +166,12 @@ def build_filled(system: System) -> wp.Function:
                 curve.count,
                 weights,
                 number,
-                y,
+                state,
                 following,
                 p,
                 records,
             )
-            y = following
+            state = following
         return p
 
     return filled

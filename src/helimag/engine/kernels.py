@@ -34,7 +34,7 @@ def ready(kernel: wp.Kernel, device: str) -> None:
     check_device(device)
     target = wp.get_device(device)
     try:
-        with announced(COMPILING):
+        with announced(COMPILING, log=f"a kernel of {kernel.module.name} made ready for {device}"):
             kernel.module.load(target)
     except OSError as error:
         place = wp.config.kernel_cache_dir

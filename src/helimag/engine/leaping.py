@@ -5,6 +5,7 @@ from functools import cache
 
 import warp as wp
 
+from helimag.engine.charts import Place, far_off, from_chart, to_chart
 from helimag.engine.control import Control
 from helimag.engine.events import Bounds, clearance
 from helimag.engine.filling import build_filled
@@ -29,17 +30,16 @@ from helimag.engine.system import System
 from helimag.engine.turn_memory import Memory, Square, slot_of, with_roll
 from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, NODES, Turn, steps_between_nodes
 from helimag.physics.balance import Swimmer
-from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
+from helimag.physics.kinematics import ArmMotion, State, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
-IN_STEP = wp.constant(wp.float64(0.2))  # least cosine of the phase lag for leaps
-SHARE = wp.constant(wp.float64(0.1))  # of the tolerance, for a leap's error; benchmarks/leaps.py
+IN_STEP = wp.constant(wp.float64(-0.5))  # least cosine of the phase lag for leaps
+SHARE = wp.constant(wp.float64(0.3))  # of the tolerance, for a leap's error; benchmarks/random_runs.py
 SAFETY = wp.constant(wp.float64(0.85))
 GROWTH = wp.constant(wp.float64(1.5))
 SHRINK = wp.constant(wp.float64(0.2))
 LEAST_ERROR = wp.constant(wp.float64(1e-8))
-NEGLIGIBLE = wp.constant(wp.float64(1e-3))  # of a leap's tolerance: the turn need not be followed a second time
-OLD = wp.constant(50)  # leaps after which the Jacobian is worked out again
+OLD = wp.constant(30)  # leaps after which the Jacobian is worked out again
 MOST_TURNS = wp.constant(100)  # of a leap
 TRIAL = wp.constant(14)  # leaps after which they must be worth while
 WORTH = wp.constant(2)  # turns that they must be long by then
@@ -76,6 +76,7 @@ def given_up(p: Progress, turns: wp.float64, period: wp.float64) -> Progress:
     """Leaping ended for now, not to be tried for some turns."""
     after = p
     after.leap.stage = BEGINNING
+    after.leap.fine = 0
     after.leap.ready = p.time + turns * period
     return after
 
@@ -96,8 +97,8 @@ def stride_after(stride: int, error: wp.float64, order: int) -> int:
 class Way:
     """Where a leap leads."""
 
-    end: State
-    error: State
+    end: Place
+    error: Place
     room: wp.float64  # least distance to anything that ends the run, less what is to be kept, m
 
 
@@ -113,20 +114,25 @@ def way_of(
     number: wp.float64,
     turns: int,
     keep: wp.float64,
-    begin: State,
+    reference: State,
+    begin: Place,
 ) -> Way:
     """Where the cheap map leads from ``begin``, what is doubtful about it, and how much room there is on the way."""
     way = Way()
     way.end = begin
     way.room = ONE
     top = top_of(curve)
+    look = 0  # no turn goes farther than a third of what is to be kept: where there is room, some need no look
     for j in range(turns):
         at = number + wp.float64(j)
         way.end = next_turn(jacobian, curve, weights_at(curve, at), way.end)
         way.error = doubted(jacobian, curve, top, at, way.error)
-        t = origin + (at + ONE) * period
-        least, kind = clearance(bounds, magnets, rpm_pose(drive, t), to_lab(drive, t, way.end))
-        way.room = wp.min(way.room, least - keep)
+        if j >= look:
+            t = origin + (at + ONE) * period
+            state = to_lab(drive, t, from_chart(reference, way.end))
+            least, kind = clearance(bounds, magnets, rpm_pose(drive, t), state)
+            way.room = wp.min(way.room, least - keep)
+            look = j + 1 + int(wp.clamp((least - keep) / keep, ZERO, wp.float64(MOST_TURNS)))
     return way
 
 
@@ -148,9 +154,10 @@ def begun(drive: ArmMotion, before: Progress) -> Progress:
 def column_aimed(control: Control, memory: Memory, run: int, before: Progress) -> Progress:
     """A turn to be followed beside the last one, for a column of the Jacobian."""
     p = before
-    beside = State()
-    beside[p.leap.column] = difference(control, p.leap.column)
-    p.leap.aim = memory.places[run, slot_of(p.leap.pushes - 1)] + beside
+    beside = to_chart(p.leap.reference, memory.places[run, slot_of(p.leap.pushes - 1)])
+    if p.leap.column < 6:
+        beside[p.leap.column] += difference(control, p.leap.column)
+    p.leap.aim = from_chart(p.leap.reference, beside)
     return p
 
 
@@ -165,11 +172,12 @@ def guessed(schedule: Schedule, memory: Memory, run: int, period: wp.float64, be
         p.leap.ready = schedule.duration + period
     else:
         known = wp.min(p.leap.known, ORDER)
-        curve = curve_through(memory, run, p.leap.pushes - known, known)
-        y = memory.places[run, slot_of(p.leap.pushes - 1)]
+        reference = p.leap.reference
+        curve = curve_through(memory, run, reference, p.leap.miss, p.leap.pushes - known, known)
+        y = to_chart(reference, memory.places[run, slot_of(p.leap.pushes - 1)])
         p.leap.turns_aimed = turns
         p.leap.aim_number = p.leap.number + wp.float64(turns)
-        p.leap.aim = ahead(memory.jacobians[run], curve, p.leap.number, turns, y)
+        p.leap.aim = from_chart(reference, ahead(memory.jacobians[run], curve, p.leap.number, turns, y))
     return p
 
 
@@ -182,6 +190,7 @@ def first_followed(turn: Turn, roll: wp.float64, period: wp.float64, before: Pro
     p.leap.known = 1
     p.leap.stage = COLUMNS
     p.leap.column = 0
+    p.leap.reference = p.leap.aim
     if not turn.cosine > IN_STEP:
         p = given_up(p, RETRY, period)
     return p
@@ -192,17 +201,19 @@ def column_followed(turn: Turn, control: Control, memory: Memory, run: int, befo
     """Progress after a turn for the Jacobian."""
     p = before
     now = slot_of(p.leap.pushes - 1)
-    end = memory.places[run, now] + memory.changes[run, now]
-    slope = (turn.end - end) / difference(control, p.leap.column)
-    jacobian = memory.jacobians[run]
-    for i in range(7):
-        jacobian[i, p.leap.column] = slope[i]
-    jacobian[p.leap.column, p.leap.column] -= ONE
-    memory.jacobians[run] = jacobian
-    p.leap.column += 1
-    if p.leap.column == 7:
+    change = to_chart(p.leap.reference, turn.end) - to_chart(p.leap.reference, memory.ends[run, now])
+    if p.leap.column == 6:
+        p.leap.miss = change
         p.leap.stage = GUESSING
         p.leap.age = 0
+    else:
+        slope = change / difference(control, p.leap.column)
+        jacobian = memory.jacobians[run]
+        for i in range(6):
+            jacobian[i, p.leap.column] = slope[i]
+        jacobian[p.leap.column, p.leap.column] -= ONE
+        memory.jacobians[run] = jacobian
+        p.leap.column += 1
     return p
 
 
@@ -222,17 +233,30 @@ def guess_followed(
     p = before
     known = wp.min(p.leap.known, ORDER)
     turns = p.leap.turns_aimed
-    curve = curve_through(memory, run, p.leap.pushes - known, known + 1)
-    y = memory.places[run, slot_of(p.leap.pushes - 1)]
-    keep = wp.max(ROOM * (turn.reach + period * drift(drive, y, bounds.tail)), LEAST_ROOM)
+    reference = p.leap.reference
+    curve = curve_through(memory, run, reference, p.leap.miss, p.leap.pushes - known, known + 1)
+    begin = memory.places[run, slot_of(p.leap.pushes - 1)]
+    keep = wp.max(ROOM * (turn.reach + period * drift(drive, begin, bounds.tail)), LEAST_ROOM)
     way = way_of(
-        memory.jacobians[run], curve, drive, magnets, bounds, p.leap.origin, period, p.leap.number, turns, keep, y
+        memory.jacobians[run],
+        curve,
+        drive,
+        magnets,
+        bounds,
+        p.leap.origin,
+        period,
+        p.leap.number,
+        turns,
+        keep,
+        reference,
+        to_chart(reference, begin),
     )
-    p.leap.error = largest(way.error, control) / (SHARE * control.tolerance)
+    few = wp.float64(known + 1) / wp.float64(ORDER + 1)
+    p.leap.error = largest(way.error, control) / (SHARE * few * few * control.tolerance)
     near = p.leap.error <= ONE or turns == 1  # one turn was followed from where it begins
     if near and turn.cosine > IN_STEP and way.room > ZERO:
         p.leap.stage = CORRECTING
-        p.leap.aim = normalized(way.end)
+        p.leap.aim = from_chart(reference, way.end)
     elif turns == 1:
         p = given_up(p, RETRY, period)
     elif near:
@@ -264,7 +288,7 @@ def build_leapt(system: System) -> wp.Function:
         known = wp.min(before.leap.known, ORDER)
         first = before.leap.pushes - known
         y = memory.places[run, slot_of(before.leap.pushes - 1)]
-        curve = curve_through(memory, run, first, known + 1)
+        curve = curve_through(memory, run, before.leap.reference, before.leap.miss, first, known + 1)
         p = filled(body, here, drive, magnets, schedule, memory, run, first, curve, y, before, records)
         p.leap.number = p.leap.aim_number
         p.leap.pushes += 1
@@ -277,9 +301,10 @@ def build_leapt(system: System) -> wp.Function:
         p.synchrony.lag = turn.lag
         p.synchrony.locked = 1
         p.leap.stage = GUESSING
-        if p.leap.age >= OLD:
+        if p.leap.age >= OLD or far_off(to_chart(p.leap.reference, p.leap.aim)):
             p.leap.stage = COLUMNS
             p.leap.column = 0
+            p.leap.reference = p.leap.aim
         if p.leap.known > TRIAL and p.leap.stride < WORTH:
             p = given_up(p, LONG_RETRY, period)
         return p
@@ -331,12 +356,20 @@ def build_tried(system: System) -> wp.Function:
             if p.leap.stage == BEGINNING:
                 return p
         least = int(wp.ceil(wp.pow(FINE_TOLERANCE / control.tolerance, EIGHTH)))
-        p.leap.fine = steps_between_nodes(body, drive, magnets, bounds.contact, least, p.leap.aim)
-        if p.leap.fine > FINEST:
+        needed = steps_between_nodes(body, drive, magnets, bounds.contact, least, p.leap.aim)
+        if needed > FINEST:
             return given_up(p, LONG_RETRY, period)
+        if p.leap.stage != BEGINNING and needed > p.leap.fine:
+            p = given_up(p, ZERO, period)  # to begin again with finer steps
+            p.leap.fine = needed
+            return p
+        p.leap.fine = wp.max(p.leap.fine, needed)
+        fine = p.leap.fine
+        if p.leap.stage == COLUMNS and p.leap.column == 6:
+            fine *= 2
         angle = drive.spin_rate * p.leap.origin
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, memory, run, p.leap)
+        turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
         p.leap.followed += wp.int64(1)
         if p.leap.stage == BEGINNING:
             p = first_followed(turn, roll, period, p)

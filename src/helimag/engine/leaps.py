@@ -14,6 +14,7 @@ from functools import cache
 
 import warp as wp
 
+from helimag.engine.charts import Place, to_chart
 from helimag.engine.control import Control
 from helimag.engine.progress import Leap
 from helimag.engine.system import System
@@ -23,26 +24,26 @@ from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized
 from helimag.physics.magnetics import FieldSource
 
-ORDER = 6  # turns that a polynomial goes through before a leap; benchmarks/leaps.py
+ORDER = 8  # turns that a polynomial goes through before a leap; benchmarks/leaps.py
 DIFFERENCE = wp.constant(wp.float64(1e-5))  # rad, and share of the length: steps of the Jacobian's differences
 ONE = wp.constant(wp.float64(1.0))
 ZERO = wp.constant(wp.float64(0.0))
 
-Residuals = wp.types.matrix(shape=(SLOTS, 7), dtype=wp.float64)
+Residuals = wp.types.matrix(shape=(6, SLOTS), dtype=wp.float64)
 
 
 @wp.struct
 class Curve:
-    """A polynomial through D(y) - A y at some turns, in Lagrange's form."""
+    """A polynomial through D(y) - A y at some turns, in Lagrange's form; in a chart."""
 
     count: wp.int32
     numbers: Weights
     divisors: Weights  # inverse product of the distances to all others
-    residuals: Residuals
+    residuals: Residuals  # one column a turn; zero, as the divisors, where there is none
 
 
 @wp.func
-def curve_through(memory: Memory, run: int, first: int, count: int) -> Curve:
+def curve_through(memory: Memory, run: int, reference: State, miss: Place, first: int, count: int) -> Curve:
     """The polynomial through ``count`` turns from push number ``first`` on."""
     curve = Curve()
     curve.count = count
@@ -50,9 +51,10 @@ def curve_through(memory: Memory, run: int, first: int, count: int) -> Curve:
     for i in range(count):
         slot = slot_of(first + i)
         curve.numbers[i] = memory.numbers[run, slot]
-        residual = memory.changes[run, slot] - jacobian * memory.places[run, slot]
-        for c in range(7):
-            curve.residuals[i, c] = residual[c]
+        begin = to_chart(reference, memory.places[run, slot])
+        residual = to_chart(reference, memory.ends[run, slot]) - begin - jacobian * begin + miss
+        for c in range(6):
+            curve.residuals[c, i] = residual[c]
     for i in range(count):
         product = ONE
         for other in range(count):
@@ -79,22 +81,13 @@ def weights_at(curve: Curve, number: wp.float64) -> Weights:
 
 
 @wp.func
-def residual_at(curve: Curve, weights: Weights) -> State:
-    """The polynomial's value."""
-    total = State()
-    for i in range(curve.count):
-        total += weights[i] * curve.residuals[i]
-    return total
-
-
-@wp.func
-def next_turn(jacobian: Square, curve: Curve, weights: Weights, y: State) -> State:
+def next_turn(jacobian: Square, curve: Curve, weights: Weights, y: Place) -> Place:
     """Where the cheap map takes ``y`` in one turn."""
-    return y + jacobian * y + residual_at(curve, weights)
+    return y + jacobian * y + curve.residuals * weights
 
 
 @wp.func
-def ahead(jacobian: Square, curve: Curve, number: wp.float64, turns: int, y: State) -> State:
+def ahead(jacobian: Square, curve: Curve, number: wp.float64, turns: int, y: Place) -> Place:
     """Where the cheap map takes ``y`` in some turns, the first of which is ``number``."""
     at = y
     for j in range(turns):
@@ -103,16 +96,13 @@ def ahead(jacobian: Square, curve: Curve, number: wp.float64, turns: int, y: Sta
 
 
 @wp.func
-def top_of(curve: Curve) -> State:
+def top_of(curve: Curve) -> Place:
     """The curve's highest divided difference: what its oldest turn adds, but for a product of distances."""
-    top = State()
-    for i in range(curve.count):
-        top += curve.divisors[i] * curve.residuals[i]
-    return top
+    return curve.residuals * curve.divisors
 
 
 @wp.func
-def doubted(jacobian: Square, curve: Curve, top: State, number: wp.float64, error: State) -> State:
+def doubted(jacobian: Square, curve: Curve, top: Place, number: wp.float64, error: Place) -> Place:
     """What the oldest turn in the curve changes in where the cheap map leads, one turn on: the error's estimate."""
     rest = ONE
     for i in range(1, curve.count):
@@ -121,10 +111,10 @@ def doubted(jacobian: Square, curve: Curve, top: State, number: wp.float64, erro
 
 
 @wp.func
-def largest(error: State, control: Control) -> wp.float64:
-    """Largest component of an error: quaternion components, and positions over the length."""
+def largest(error: Place, control: Control) -> wp.float64:
+    """Largest component of an error: angles, and positions over the length."""
     most = ZERO
-    for i in range(7):
+    for i in range(6):
         unit = ONE
         if i < 3:
             unit = control.length
@@ -156,12 +146,13 @@ def build_follow(system: System) -> wp.Function:
         memory: Memory,
         run: int,
         leap: Leap,
+        fine: int,
     ):
-        result, shape, roll = turn(body, here, drive, magnets, tail, spin, leap.fine, leap.aim)
+        result, shape, roll = turn(body, here, drive, magnets, tail, spin, fine, leap.aim)
         slot = slot_of(leap.pushes)
         memory.numbers[run, slot] = leap.aim_number
         memory.places[run, slot] = leap.aim
-        memory.changes[run, slot] = result.end - leap.aim
+        memory.ends[run, slot] = result.end
         store_shape(memory, run, slot, shape, normalized(leap.aim), result.end)
         return result, roll
 

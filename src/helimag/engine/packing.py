@@ -35,7 +35,7 @@ def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
 @lru_cache(maxsize=64)  # batches that differ in their drives alone are packed again and again
 def _body(device: Device, fluid: Fluid) -> dict[str, object]:
     force, moment = net_weight(device, fluid)
-    with announced("solving for the drag of this device, once (some ten seconds) ..."):
+    with announced("solving for the drag of this device, once (some ten seconds) ...", log="drag of the device"):
         matrix = resistance(device, fluid)
     return {
         "magnetic_moment": device.magnetic_moment,

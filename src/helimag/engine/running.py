@@ -1,5 +1,6 @@
 """Runs under way: batches on threads, in launches short enough to report, to be stopped and to be gone on with."""
 
+import logging
 import math
 import os
 import threading
@@ -27,6 +28,7 @@ Floats = NDArray[np.float64]
 LAUNCH_SECONDS = 0.1  # how long a launch may take before the host gets a word in
 FIRST_BUDGET = 1000  # steps of a first launch
 RUNS_PER_BATCH = 8
+LOG = logging.getLogger(__name__)
 PATIENCE = 0.1  # s between looks at what is under way
 
 
@@ -132,6 +134,8 @@ def advancing(
         ready(build_advance(formulas, method), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
     workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
+    told = "1 run" if len(scenarios) == 1 else f"{len(scenarios)} runs"
+    LOG.info("%s of %.6g s in all by the method '%s' on %s, %d threads", told, total, method.name, device, workers)
     return _watched(Underway(total, jobs), jobs, Stepping(method, tolerance, device), workers)
 
 

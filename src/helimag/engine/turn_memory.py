@@ -6,17 +6,18 @@ nodes. Heights between nodes are those of the trigonometric polynomial through t
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from helimag.engine.structures import reader
 from helimag.engine.turns import NODES, Nodes, Shape, rolled
 from helimag.physics.kinematics import State, attack_angle, normalized
 
-SLOTS = 8  # turns remembered: as many as a polynomial goes through, and the one at the leap's end, in a ring
+SLOTS = 10  # turns remembered: as many as a polynomial goes through, and the one at the leap's end, in a ring
 FINE = 4  # heights are looked at so many times between two nodes
 LOOKS = wp.constant(FINE * NODES)
 COUNT = wp.constant(wp.float64(NODES))
@@ -25,7 +26,7 @@ ONE = wp.constant(wp.float64(1.0))
 ZERO = wp.constant(wp.float64(0.0))
 AT_NODE = wp.constant(wp.float64(1e-9))  # of a turn: nearer than this is at the node
 
-Square = wp.types.matrix(shape=(7, 7), dtype=wp.float64)
+Square = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
 Weights = wp.types.vector(length=SLOTS, dtype=wp.float64)
 Heights = wp.types.vector(length=FINE * NODES, dtype=wp.float64)
 Finer = wp.types.matrix(shape=(FINE * NODES, NODES), dtype=wp.float64)
@@ -49,18 +50,18 @@ class Memory:
 
     numbers: wp.array2d(dtype=wp.float64)  # of the turn, from where leaping began
     places: wp.array2d(dtype=State)  # where it began
-    changes: wp.array2d(dtype=State)  # what it changed
+    ends: wp.array2d(dtype=State)  # where it ended
     nodes: wp.array3d(dtype=State)  # (runs, SLOTS, NODES), the last of which is the end
     heights: wp.array2d(dtype=Heights)  # FINE times as fine, m
     attacks: wp.array2d(dtype=Nodes)  # attack angle, rad
-    jacobians: wp.array(dtype=Square)  # (runs,): how what a turn changes depends on where it begins
+    jacobians: wp.array(dtype=Square)  # (runs,): how what a turn changes depends on where it begins, in a chart
 
 
 def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: str) -> Any:
     """What runs remember of turns, as the kernels take it; a run that remembers nothing has room for it."""
     memory = Memory()
     runs = len(remembered)
-    kinds = {"numbers": wp.float64, "places": State, "changes": State, "heights": Heights, "attacks": Nodes}
+    kinds = {"numbers": wp.float64, "places": State, "ends": State, "heights": Heights, "attacks": Nodes}
     for name, kind in kinds.items():
         setattr(memory, name, wp.zeros((runs, SLOTS), dtype=kind, device=device))
     memory.nodes = wp.zeros((runs, SLOTS, NODES), dtype=State, device=device)
@@ -71,10 +72,16 @@ def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: st
     return memory
 
 
-def remembered(memory: Any, run: int) -> dict[str, NDArray[np.float64]]:
-    """What one run remembers."""
-    names = ("numbers", "places", "changes", "heights", "attacks", "nodes", "jacobians")
-    return {name: getattr(memory, name)[run : run + 1].numpy()[0].copy() for name in names}
+def memory_reader(memory: Any) -> Callable[[], list[dict[str, NDArray[np.float64]]]]:
+    """What gives what each run remembers at the time it is called."""
+    names = ("numbers", "places", "ends", "heights", "attacks", "nodes", "jacobians")
+    readers = {name: reader(getattr(memory, name)) for name in names}
+
+    def remembered() -> list[dict[str, NDArray[np.float64]]]:
+        values = {name: read() for name, read in readers.items()}
+        return [{name: value[run].copy() for name, value in values.items()} for run in range(memory.jacobians.shape[0])]
+
+    return remembered
 
 
 @wp.func

@@ -28,7 +28,7 @@ from helimag.physics.magnetics import FieldSource
 
 NODES = 12  # phases of a turn at which its shape is kept: steps a turn are a multiple of it
 FINEST = 5  # steps between two nodes at most; where more are needed, runs are stepped directly
-ROLL_PER_STEP = 2.5  # at most, of a step times the rate at which the roll relaxes (DOP853 is stable up to about 6)
+ROLL_PER_STEP = 3.0  # at most, of a step times the rate at which the roll relaxes (DOP853 is stable up to about 6)
 LEAST_STEPS_TOLERANCE = 3e-7  # of a step, which NODES steps a turn meet; others need its eighth root more
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))

@@ -42,7 +42,8 @@ def _walls(scenario: Scenario, device: str) -> Any:
 @lru_cache(maxsize=64)
 def _grid(body: Device, fluid: Fluid, kind: Any, device: str) -> Any:
     """One table as the kernels take it."""
-    with announced(f"making the table of drag near the {kind} for this device, once (some minutes) ..."):
+    waiting = f"making the table of drag near the {kind} for this device, once (some minutes) ..."
+    with announced(waiting, log=f"table of drag near the {kind}"):
         table = wall_table(body, kind)
     free = resistance(body, fluid)
     seen = mobility_changes(table, free, fluid.viscosity) * (OVERHEAD if kind == "surface" else 1.0)

@@ -30,7 +30,7 @@ from helimag.plots._style import (
     YELLOW,
     styled,
 )
-from helimag.scenario import Scenario
+from helimag.scenario import Scenario, drive_inputs
 
 Floats = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def draw_flow(
     planes = [_plane_of(flow, orbit, i, j) for i, j in PLANES]
     fastest = max(float(np.nanmax(speed, initial=0.0)) for *_, speed in planes)
     with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 72.0 * MM), layout="constrained")
+        figure = Figure(figsize=(FULL_WIDTH, 80.0 * MM), layout="constrained")
         axes = figure.subplots(1, 3)
         for axis, (i, j), (a, b, velocity, speed) in zip(axes, PLANES, planes, strict=True):
             image = axis.pcolormesh(
@@ -87,6 +87,7 @@ def draw_flow(
             _points(axis, fixed_points, flow, orbit, i, j)
         bar = figure.colorbar(image, ax=axes, label="speed of the slow flow (mm/s)", shrink=0.75, pad=0.01)
         bar.ax.set_ylim(0.0, fastest)
+        figure.suptitle(f"{orbit.scenario.title}: slow flow\n{drive_inputs(orbit.scenario)}", fontsize=7.5)
         unsettled = not all(np.isfinite(speed).all() for *_, speed in planes)
         figure.legend(handles=_flow_key(fixed_points, captured, unsettled, axes), loc="outside lower center", ncols=4)
     return figure
@@ -106,7 +107,7 @@ def draw_basin(basin: Basin) -> Figure:
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, colours.N)
     edges = [1e3 * _edges(axis) for axis in basin.axes]
     with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 72.0 * MM), layout="constrained")
+        figure = Figure(figsize=(FULL_WIDTH, 80.0 * MM), layout="constrained")
         axes = figure.subplots(1, 3)
         for axis, (i, j) in zip(axes, PLANES, strict=True):
             k = 3 - i - j
@@ -122,7 +123,12 @@ def draw_basin(basin: Basin) -> Figure:
         tally = {name: int(np.count_nonzero(basin.ends == name)) for name in names}
         handles: list[Any] = [Patch(color=ENDS[BasinEnd.of(name)], label=f"{name} ({tally[name]})") for name in names]
         handles.append(Line2D([], [], marker="*", color="black", linestyle="none", label="orbit"))
-        figure.legend(handles=handles + _magnet_key(axes), loc="outside lower center", ncols=5)
+        figure.legend(handles=handles + magnet_key(axes), loc="outside lower center", ncols=5)
+        scenario = basin.orbit.scenario
+        judged = f"judged after {basin.duration:.0f} s by the {basin.engine} model, {basin.attitude} attitude"
+        figure.suptitle(
+            f"{scenario.title}: how a run from each cell ends, {judged}\n{drive_inputs(scenario)}", fontsize=7.5
+        )
     return figure
 
 
@@ -139,7 +145,7 @@ def _plane_of(flow: SlowFlow, orbit: Orbit, i: int, j: int) -> tuple[Floats, Flo
 def _frame(axis: Axes, orbit: Orbit, i: int, j: int, across: tuple[float, float], up: tuple[float, float]) -> None:
     """Limits, names, the plane's place; and the magnet with the sphere of contact where they reach into the frame."""
     k = 3 - i - j
-    _magnet(axis, orbit.scenario, orbit.position[k], i, j)
+    draw_magnet(axis, orbit.scenario, orbit.position[k], i, j)
     axis.set_xlim(*across)
     axis.set_ylim(*up)
     axis.set_aspect("equal")
@@ -148,7 +154,7 @@ def _frame(axis: Axes, orbit: Orbit, i: int, j: int, across: tuple[float, float]
     axis.set_title(f"{'xyz'[k]} = {_signed(1e3 * orbit.position[k])} mm")
 
 
-def _magnet(axis: Axes, scenario: Scenario, level: float, i: int, j: int) -> None:
+def draw_magnet(axis: Axes, scenario: Scenario, level: float, i: int, j: int) -> None:
     """The magnet's centre, and the sphere within which device and magnet touch: cut by the plane, else in outline."""
     place = magnet_start(scenario.drive)
     radius = scenario.contact_distance
@@ -161,7 +167,7 @@ def _magnet(axis: Axes, scenario: Scenario, level: float, i: int, j: int) -> Non
     axis.plot(1e3 * place[i], 1e3 * place[j], "+", color="black", markersize=5, gid="magnet")
 
 
-def _magnet_key(axes: Any) -> list[Line2D]:
+def magnet_key(axes: Any) -> list[Line2D]:
     """Entries for what of the magnet is seen in any frame."""
     handles = {}
     for axis in axes:
@@ -206,7 +212,7 @@ def _flow_key(points: Sequence[FixedPoint], captured: Basin | None, unsettled: b
                 handles.append(Line2D([], [], label=name, color=colour, markerfacecolor=face, **dot))
     if unsettled:
         handles.append(Patch(color=PALE, label="no slow flow"))
-    return handles + _magnet_key(axes)
+    return handles + magnet_key(axes)
 
 
 def _kinds_of_starts(captured: Basin) -> list[tuple[NDArray[np.bool_], str, str, str]]:
@@ -231,5 +237,5 @@ def _edges(centres: Floats) -> Floats:
 
 
 def _signed(value: float) -> str:
-    """A number with the typographer's minus, as on the axes."""
-    return f"{value:.1f}".replace("-", "\N{MINUS SIGN}")
+    """A number with the typographer's minus, as on the axes; nothing is not negative."""
+    return f"{round(value, 1) + 0.0:.1f}".replace("-", "\N{MINUS SIGN}")

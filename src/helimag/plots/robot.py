@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from helimag.plots._save import save
 from helimag.plots._style import BLUE, FULL_WIDTH, GREY, ORANGE, PALE, SKY, VERMILLION, styled
-from helimag.robot import ArmPlan, capsules, joint_rates, timed_table
+from helimag.robot import ArmPlan, TimedPath, capsules, joint_rates, timed_table
+from helimag.scenario import drive_inputs
 
 Floats = NDArray[np.float64]
 
@@ -47,43 +48,61 @@ def save_plan(plan: ArmPlan, path: str | Path) -> list[Path]:
 
 def draw_joints(plan: ArmPlan) -> Figure:
     """Angle and speed of each joint over programme time, with what the cell allows; the first offence is marked."""
-    table = timed_table(plan)
-    low, high = np.degrees(plan.cell.arm.limits)
-    angles = np.degrees(table.joints)
-    speeds = np.degrees(joint_rates(table.time, table.joints)) if table.time.size > 2 else np.zeros_like(angles)
-    allowed = plan.cell.speed_share * np.degrees(plan.cell.arm.joint_speed)
+    table, arm = timed_table(plan), plan.cell.arm
+    low, high = np.degrees(arm.limits)
+    allowed = plan.cell.speed_share * np.degrees(arm.joint_speed)
+    offence = "" if plan.offence is None else f": {plan.offence}"
+    title = f"{plan.scenario.title}, {arm.name}{offence}\n{drive_inputs(plan.scenario)}"
+    figure = _joint_figure(table.time, table.joints, title, limits=(low, high, allowed))
+    for axes in figure.axes:
+        if plan.offence is not None:
+            axes.axvline(plan.offence.time, color=VERMILLION, linewidth=0.8)
+    return figure
+
+
+def draw_timed(path: TimedPath, title: str) -> Figure:
+    """Angle and speed of each joint over programme time, of a timed path that was written; limits are the cell's."""
+    return _joint_figure(path.time, path.joints, title, limits=None)
+
+
+def _joint_figure(time: Floats, joints: Floats, title: str, *, limits: tuple[Floats, Floats, Floats] | None) -> Figure:
+    """A row a joint; ``limits`` are lowest and highest angles (deg) and speeds that are allowed (deg/s)."""
+    angles = np.degrees(joints)
+    speeds = np.degrees(joint_rates(time, joints)) if time.size > 2 else np.zeros_like(angles)
     with styled():
         figure = Figure(figsize=(FULL_WIDTH, 1.05 * FULL_WIDTH), layout="constrained")
         panels: Any = figure.subplots(6, 2, sharex=True)
         for i in range(6):
-            _draw_angle(panels[i, 0], table.time, angles[:, i], low[i], high[i])
-            _draw_speed(panels[i, 1], table.time, speeds[:, i], allowed[i])
+            _draw_angle(panels[i, 0], time, angles[:, i], None if limits is None else (limits[0][i], limits[1][i]))
+            _draw_speed(panels[i, 1], time, speeds[:, i], None if limits is None else limits[2][i])
             panels[i, 0].set_ylabel(f"A{i + 1} (deg)")
-            for axes in panels[i]:
-                if plan.offence is not None:
-                    axes.axvline(plan.offence.time, color=VERMILLION, linewidth=0.8)
-        panels[0, 0].set_title("angle and limits")
-        panels[0, 1].set_title("speed; shaded: more than the cell allows")
+        panels[0, 0].set_title("angle" if limits is None else "angle; shaded: beyond the arm's limits")
+        panels[0, 1].set_title("speed" if limits is None else "speed; shaded: more than the cell allows")
         for axes in panels[-1]:
             axes.set_xlabel("time (s)")
-        title = f"{plan.scenario.title}, {plan.cell.arm.name}"
-        figure.suptitle(title if plan.offence is None else f"{title}: {plan.offence}", fontsize=8.0)
+        figure.suptitle(title, fontsize=8.0)
     return figure
 
 
-def _draw_angle(axes: Any, time: Floats, angle: Floats, low: float, high: float) -> None:
+def _draw_angle(axes: Any, time: Floats, angle: Floats, limits: tuple[float, float] | None) -> None:
+    axes.plot(time, angle, color=BLUE)
+    axes.margins(x=0.0)
+    if limits is None:
+        return
+    low, high = limits
     margin = 0.08 * (high - low)
     axes.axhspan(high, max(high, float(np.nanmax(angle))) + margin, color=PALE, linewidth=0.0)
     axes.axhspan(min(low, float(np.nanmin(angle))) - margin, low, color=PALE, linewidth=0.0)
-    axes.plot(time, angle, color=BLUE)
-    axes.margins(x=0.0, y=0.0)
+    axes.margins(y=0.0)
 
 
-def _draw_speed(axes: Any, time: Floats, speed: Floats, allowed: float) -> None:
+def _draw_speed(axes: Any, time: Floats, speed: Floats, allowed: float | None) -> None:
     """Speed on a scale of its own where it is far below the limit, which is then stated instead of drawn."""
     largest = float(np.nanmax(np.abs(speed)))
     axes.plot(time, speed, color=BLUE)
-    if largest > 0.3 * allowed:
+    if allowed is None:
+        pass
+    elif largest > 0.3 * allowed:
         for sign in (-1.0, 1.0):
             axes.axhspan(sign * allowed, sign * 1.15 * max(allowed, largest), color=PALE, linewidth=0.0)
         axes.set_ylim(-1.15 * max(allowed, largest), 1.15 * max(allowed, largest))
@@ -101,7 +120,7 @@ def draw_cell(plan: ArmPlan) -> Figure:
     """Arm, motor, magnet, boxes and path: the whole cell, and the surroundings of the magnet. Lab frame, mm."""
     with styled():
         figure = Figure(figsize=(FULL_WIDTH, 0.5 * FULL_WIDTH))
-        figure.subplots_adjust(left=0.02, right=0.95, bottom=0.08, top=0.92, wspace=0.1)
+        figure.subplots_adjust(left=0.02, right=0.95, bottom=0.06, top=0.84, wspace=0.1)
         whole = figure.add_subplot(1, 2, 1, projection="3d")
         close = figure.add_subplot(1, 2, 2, projection="3d")
         poses = plan.path.at(plan.times)
@@ -123,6 +142,7 @@ def draw_cell(plan: ArmPlan) -> Figure:
         close.set_box_aspect((1, 1, 1), zoom=0.88)
         whole.set_title("cell; arm at start, middle and end")
         close.set_title("magnet: path and rotation axis")
+        figure.suptitle(f"{plan.scenario.title}, {plan.cell.arm.name}\n{drive_inputs(plan.scenario)}", fontsize=8.0)
     return figure
 
 

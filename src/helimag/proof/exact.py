@@ -1,5 +1,6 @@
 """A scenario's inputs as the numbers that its file states: decimals with a unit, not the floats nearest to them."""
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -61,12 +62,15 @@ class Inputs:
         By path: how far the input may be off either way, in the unit that it is written in. Empty: the decimals hold.
     view
         What is read of an input with a tolerance: the ball of all its values; or a jet in a variable from -1 to 1 for
-        each such input, at the middle with first derivatives, or over all values with second ones.
+        each such input, at the middle or over all values.
+    order
+        How many derivatives jets have.
     """
 
     scenario: Scenario
     within: Mapping[str, Fraction] = field(default_factory=dict)
     view: Literal["balls", "middle", "over"] = "balls"
+    order: int = 1
 
     def read(self, path: str) -> Any:
         """The SI value of an input: its decimals as a ball; where it has a tolerance, what the view says."""
@@ -79,7 +83,8 @@ class Inputs:
         if self.view == "balls":
             return all_of_it
         variable = {VARIABLES + list(self.within).index(path): width}
-        return Jet(value, variable) if self.view == "middle" else Jet(all_of_it, variable, {})
+        more: list[dict[Any, Any] | None] = [{} if self.order >= n else None for n in (2, 3)]
+        return Jet(value if self.view == "middle" else all_of_it, variable, *more)
 
     def constants(self) -> Constants:
         """All that the equations of motion need, enclosed.
@@ -221,9 +226,26 @@ def require_provable(scenario: Scenario) -> None:
             'workspace.contact must be "stop" for a proof: walls that hold push, and a surface pulls, before they are '
             "touched, and that is not enclosed"
         )
+    _require_no_end(scenario)
     if scenario.magnet[0].field != "dipole":
         raise InputError('magnet.field must be "dipole" for a proof; the cylinder\'s multipoles are not enclosed')
     if device.hydrodynamics.near_walls:
         raise InputError(
             "device.hydrodynamics.near_walls must be left out for a proof: tables of drag are not enclosed"
+        )
+
+
+def _require_no_end(scenario: Scenario) -> None:
+    """Refuse a drive that sooner or later carries everything to where a run ends."""
+    ends = zip("xyz", scenario.drive.velocity, *scenario.workspace.box, strict=True)
+    for axis, speed, low, high in ends:
+        if math.isfinite(high if speed > 0.0 else low) and speed:
+            raise InputError(
+                f"drive.velocity must not lead to a wall for a proof, as no run that does stays for ever; got "
+                f"{1e3 * speed:g} mm/s along {axis}: leave out the wall or the drift"
+            )
+    if scenario.drive.velocity[2] < 0.0:
+        raise InputError(
+            "drive.velocity must not sink for a proof, as a run ends far below its start; got "
+            f"{1e3 * scenario.drive.velocity[2]:g} mm/s along z"
         )

@@ -24,7 +24,7 @@ from helimag.robot.logs import Log, log_of_playback, read_log, replayed
 from helimag.robot.programme import feasible_or_refused, programme_texts, write_programme
 from helimag.robot.rehearsal import as_programmed, rehearse
 from helimag.robot.report import report, with_unwinding
-from helimag.robot.timed import timed_table
+from helimag.robot.timed import TimedPath, read_timed, timed_table
 
 __all__ = [
     "Arm",
@@ -38,6 +38,7 @@ __all__ = [
     "Offence",
     "Playback",
     "Solutions",
+    "TimedPath",
     "as_programmed",
     "capsules",
     "checked_name",
@@ -57,6 +58,7 @@ __all__ = [
     "play",
     "programme_texts",
     "read_log",
+    "read_timed",
     "rehearse",
     "replayed",
     "report",

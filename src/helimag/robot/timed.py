@@ -2,19 +2,24 @@
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag import quantities as q
+from helimag.errors import InputError
 from helimag.robot.arm.collision import tool_frames_in_base
 from helimag.robot.arm.frames import angles, inverse
 from helimag.robot.arm.kinematics import inverse_kinematics, principal
 from helimag.robot.arm.path import motor_angle, tool_frames
 from helimag.robot.arm.planning import ArmPlan, Unwinding
+from helimag.runs import read_table
 
 Floats = NDArray[np.float64]
 
 UNWINDING_ROWS = 37
+JOINTS = tuple(f"a{i + 1}" for i in range(6))
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,33 @@ class Table:
             **{f"a{i + 1} [deg]": joints[:, i] for i in range(6)},
             "motor [deg]": np.degrees(self.motor),
         }
+
+
+@dataclass(frozen=True)
+class TimedPath:
+    """Of a written table what a figure needs: time (n,) in s, joints (n, 6) in rad."""
+
+    time: Floats
+    joints: Floats
+
+
+def read_timed(path: str | Path) -> TimedPath:
+    """Read the timed path (.csv) that goes with a programme.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+    InputError
+        Where a column or a unit is missing, a value is no number, or time does not rise.
+    """
+    kinds = {"time": q.TIME, **dict.fromkeys(JOINTS, q.ANGLE)}
+    try:
+        table = read_table(path, kinds, needed=["time", *JOINTS])
+        table.check_rises("time")
+    except InputError as error:
+        raise InputError(f"{path}: {error}; a robot's path is the NAME_path.csv of helimag robot program") from None
+    return TimedPath(table.values["time"], np.stack([table.values[name] for name in JOINTS], axis=1))
 
 
 def timed_table(plan: ArmPlan) -> Table:

@@ -7,7 +7,7 @@ from helimag.runs.gain import Judgement, gain_until, judge
 from helimag.runs.heights import Heights, SlowTimes
 from helimag.runs.imported import import_track
 from helimag.runs.leading import leading_end, path_cosine
-from helimag.runs.netcdf import write_netcdf
+from helimag.runs.netcdf import read_netcdf, write_netcdf
 from helimag.runs.smoothing import smooth
 from helimag.runs.tables import Columns, read_table
 from helimag.runs.trajectory import Trajectory, versions
@@ -29,6 +29,7 @@ __all__ = [
     "leading_end",
     "measurement",
     "path_cosine",
+    "read_netcdf",
     "read_table",
     "smooth",
     "versions",

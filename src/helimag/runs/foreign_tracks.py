@@ -7,7 +7,7 @@ from helimag.runs.tables import Cells
 
 _MATLAB = re.compile(r"(time|t|x|y|z)_([A-Za-z]+)")
 _TRACKER = re.compile(r"(t|x|y|z)\s*(?:[\[(]\s*(\w+)\s*[\])])?")
-_DLTDV = re.compile(r"pt\d+_(cam\d+_)?[xyz]", re.IGNORECASE)
+_DLTDV = re.compile(r"pt_?\d+_(cam_?\d+_)?[xyz]", re.IGNORECASE)
 _TRACKMATE = {"POSITION_T": "time", "POSITION_X": "x", "POSITION_Y": "y", "POSITION_Z": "z"}
 _UNITS = {"sec": "s", "second": "s", "seconds": "s", "micron": "um", "microns": "um"}
 _UNCALIBRATED = ("", "pixel", "pixels", "frame", "frames")
@@ -34,7 +34,7 @@ def canonical(table: list[Cells]) -> tuple[str, list[Cells]]:
     heads = [cell.strip() for cell in table[0][1]]
     if {"POSITION_X", "POSITION_T"} <= {head.upper() for head in heads}:
         return "TrackMate", _trackmate(table)
-    if heads[0].lower() == "scorer" and len(table) > 1 and table[1][1][:1] == ["bodyparts"]:
+    if heads[0].lower() == "scorer" and any(cells[0].strip() == "bodyparts" for _, cells in table[1:3]):
         raise InputError(
             "it is a table of DeepLabCut: places in one camera's picture (px), and a track needs time, x, y, z in the "
             "lab; triangulate both cameras' tables first, or give the films to 'helimag vision track'"

@@ -27,6 +27,9 @@ COLUMNS = {
     "attack_angle_sd": q.ANGLE,
 }
 NEEDED = ("time", "x", "y", "z")
+# sizes (m, rad) that no laboratory's track has: beyond them a unit or a digit is wrong
+MOST = {"x": 100.0, "y": 100.0, "z": 100.0, "x_sd": 1.0, "y_sd": 1.0, "z_sd": 1.0, "attack_angle": np.pi / 2}
+MOST["attack_angle_sd"] = np.pi
 
 
 def import_track(path: str | Path, *, initial_gap: float, name: str | None = None) -> Trajectory:
@@ -73,6 +76,7 @@ def import_track(path: str | Path, *, initial_gap: float, name: str | None = Non
         if empty.size:
             line = table.lines[there][empty[0]]
             raise InputError(f"{path}: line {line}: {key} must have a number in every row that has a position")
+        _check_size(key, values, table.lines[there], path)
     times = kept["time"]
     wide = np.flatnonzero(np.diff(times) > 1.6 * interval)
     gaps = [[float(times[i] - times[0]), float(times[i + 1] - times[0]), "no position in the file"] for i in wide]
@@ -86,3 +90,17 @@ def import_track(path: str | Path, *, initial_gap: float, name: str | None = Non
         "frame_interval": interval,
     }
     return Trajectory.from_arrays(times - times[0], variables, attributes)
+
+
+def _check_size(key: str, values: Floats, lines: NDArray[np.int64], path: str | Path) -> None:
+    """Refuse what no track holds: places beyond any laboratory, negative standard deviations."""
+    most, least = MOST.get(key, np.inf), 0.0 if key.endswith("_sd") else -np.inf
+    bad = np.flatnonzero((np.abs(values) > most * (1.0 + 1e-9)) | (values < least))
+    if bad.size:
+        kind = COLUMNS[key]
+        bound = f"at most {q.show(float(most), kind)}" + ("" if key.endswith("_sd") else " either way")
+        sign = "not negative and " if key.endswith("_sd") else ""
+        raise InputError(
+            f"{path}: line {lines[bad[0]]}: {key} must be {sign}{bound}; got '{q.show(float(values[bad[0]]), kind)}'; "
+            f"check its unit"
+        )

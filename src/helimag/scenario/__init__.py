@@ -28,6 +28,7 @@ from helimag.scenario._fields import (
     Time,
 )
 from helimag.scenario._files import load, parse, preset_names
+from helimag.scenario._meanings import meanings, models_in, schema
 from helimag.scenario._path import Path
 from helimag.scenario._refusals import messages, model_of
 from helimag.scenario._remanence import REMANENCE
@@ -77,11 +78,14 @@ __all__ = [
     "check_apart",
     "drive_inputs",
     "load",
+    "meanings",
     "messages",
     "model_of",
+    "models_in",
     "parse",
     "preset_names",
     "scalar_inputs",
+    "schema",
     "validated",
     "varied",
 ]

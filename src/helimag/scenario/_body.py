@@ -24,11 +24,17 @@ class Body(Part):
     """
 
     file: str
+    """STL file, text or binary; its name counts from the scenario's folder."""
     unit: Size
+    """What 1 stands for in the file."""
     origin: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    """The device's origin, in the file's coordinates: positions, forces and gravity centre refer to it."""
     long_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    """Direction of the nose in the file's coordinates, of any length; body x."""
     moment_axis: tuple[float, float, float] = (0.0, 1.0, 0.0)
-    sha256: str | None = None  # of the file; filled in where left out, so that a run's own scenario tells what it was
+    """Direction of the magnetic moment in the file's coordinates, at right angles to ``long_axis``; body y."""
+    sha256: str | None = None
+    """Of the file; filled in where left out, so that a run's own scenario tells what it was."""
 
     @model_validator(mode="after")
     def _sensible(self) -> Self:

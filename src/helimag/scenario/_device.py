@@ -16,10 +16,15 @@ class Helix(Part):
     """The coiled wire behind the head."""
 
     length: Size
+    """Length of the helix along its axis, from the head backwards."""
     outer_diameter: Size
+    """Diameter over the coil, wire included."""
     pitch: Size
+    """Length along the axis of one full coil; not an angle."""
     wire_radius: Size
+    """Radius of the wire (half its thickness)."""
     handedness: Literal["left", "right"] = "left"
+    """Sense of the coil. Below a magnet that turns with positive frequency a left-handed helix swims along +x."""
 
     @property
     def radius(self) -> float:
@@ -49,7 +54,9 @@ class SphereHead(Part):
     """A ball."""
 
     shape: Literal["sphere"] = "sphere"
+    """Which shape the other keys are of."""
     radius: Size
+    """Radius of the ball."""
 
     @property
     def reach(self) -> float:
@@ -66,8 +73,11 @@ class SpheroidHead(Part):
     """An ellipsoid of revolution about the device's axis."""
 
     shape: Literal["spheroid"] = "spheroid"
+    """Which shape the other keys are of."""
     length: Size
+    """Along the device's axis, tip to tip."""
     diameter: Size
+    """Across the device's axis."""
 
     @property
     def reach(self) -> float:
@@ -89,8 +99,11 @@ class CylinderHead(Part):
     """A circular cylinder about the device's axis."""
 
     shape: Literal["cylinder"] = "cylinder"
+    """Which shape the other keys are of."""
     length: Size
+    """Along the device's axis."""
     diameter: Size
+    """Across the device's axis."""
 
     @property
     def reach(self) -> float:
@@ -115,9 +128,15 @@ class Weight(Part):
     """Weight less buoyancy: either given, or from the densities of the parts."""
 
     net_weight: Force | None = None
+    """Weight less buoyancy of the whole device; positive pulls down."""
     gravity_center: Length | None = None
+    """Where the net weight acts, along the device's axis from its origin (the head's centre): negative is towards the
+    helix.
+    """
     helix_density: Density | None = None
+    """Density of the helix' material; with ``head_density``, in place of the two above."""
     head_density: Density | None = None
+    """Density of the head as a whole, its magnet included."""
 
     @property
     def given(self) -> tuple[float, float] | None:
@@ -141,9 +160,17 @@ class Hydrodynamics(Part):
     """Which 6x6 resistance the device has."""
 
     model: Literal["lighthill", "gray-hancock", "boundary", "matrix"] = "lighthill"
+    """How the drag is found: resistive-force theory by Lighthill's or Gray and Hancock's coefficients, the boundary
+    solver, or a matrix of your own.
+    """
     resistance: tuple[tuple[float, ...], ...] | None = None
-    tolerance: float | None = None  # relative, of the boundary model; 0.01 where not given
-    near_walls: bool | None = None  # whether floor and surface change the drag of the boundary model; not if left out
+    """With ``matrix``: 6 rows of force and torque per velocity and angular velocity, about the head's centre in the
+    body frame; SI, with the run's viscosity in it.
+    """
+    tolerance: float | None = None
+    """With ``boundary``: relative error of the 6x6 at which refining ends; 0.01 if left out."""
+    near_walls: bool | None = None
+    """With ``boundary``: whether floor and surface raise the drag of a device near them; not if left out."""
 
     @model_validator(mode="after")
     def _tolerance_fits(self) -> Self:
@@ -180,11 +207,17 @@ class Device(Part):
     """
 
     magnetic_moment: Moment
+    """Size of the moment of the device's magnet, which points across its long axis: along body y."""
     helix: Helix | None = None
+    """The coiled wire behind the head: a table ``[device.helix]``; none if left out."""
     head: Head | None = None
+    """The head, which carries the magnet: a table ``[device.head]``; none if left out."""
     body: Body | None = None
+    """A closed mesh in place of helix and head: a table ``[device.body]``."""
     weight: Weight
+    """What the fluid does not carry: a table ``[device.weight]``."""
     hydrodynamics: Hydrodynamics = Hydrodynamics()
+    """How drag is found: a table ``[device.hydrodynamics]``."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

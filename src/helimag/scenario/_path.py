@@ -27,11 +27,17 @@ class Path(Part):
     """
 
     position: tuple[tuple[Length, Length, Length], ...]
+    """Places of the magnet's centre in the lab frame, joined by a smooth curve."""
     time: tuple[Instant, ...] = ()
+    """When it is there, from 0 on; or ``speed`` in its place."""
     speed: tuple[Speed, ...] = ()
+    """Speed on each straight way from one place to the next, one fewer than places."""
     yaw: tuple[Angle, ...] = ()
+    """Yaw of the axis of rotation at each place, as ``drive.yaw_rate`` counts it; 0 if left out."""
     pitch: tuple[Angle, ...] = ()
+    """Pitch of the axis of rotation at each place; ``drive.pitch`` if left out."""
     phase: tuple[Angle, ...] = ()
+    """Angle that the moment is ahead of an even spin at ``drive.frequency``, at each place; 0 if left out."""
 
     @model_validator(mode="after")
     def _sensible(self) -> Self:

@@ -28,13 +28,21 @@ class Scenario(Part):
     """Everything a run needs. Frozen; :meth:`replaced` gives a changed copy."""
 
     name: str = "unnamed"
+    """What runs of it are called; what was changed since is added by itself."""
     device: Device
+    """What swims: a table ``[device]``."""
     fluid: Fluid
+    """What it swims in: a table ``[fluid]``."""
     magnet: Annotated[tuple[Magnet, ...], BeforeValidator(_as_list), Field(min_length=1)]
+    """The rotating magnet: a table ``[magnet]``, or several ``[[magnet]]`` that turn as one."""
     drive: Drive
+    """What arm and motor do, and where the device begins: a table ``[drive]``."""
     workspace: Workspace = Workspace()
+    """What ends or holds it: a table ``[workspace]``."""
     run: Run = Run()
+    """How long: a table ``[run]``."""
     provenance: dict[str, str] = {}
+    """Where values come from: a table ``[provenance]``."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -33,7 +33,10 @@ class Fluid(Part):
     """A Newtonian fluid."""
 
     viscosity: Viscosity
+    """Dynamic viscosity of the fluid at the temperature of the run; drag is proportional to it."""
     density: Density
+    """Density of the fluid: for the buoyancy of parts that are given by their densities, and for the Reynolds number.
+    """
 
 
 class Magnet(Part):
@@ -44,14 +47,31 @@ class Magnet(Part):
     """
 
     moment: Moment | None = None
+    """Size of the dipole moment. It points across the axis about which the magnet turns: along the arm frame's y at t =
+    0.
+    """
     grade: Literal["N35", "N38", "N40", "N42", "N45", "N48", "N50", "N52"] | None = None
+    """Grade of sintered NdFeB as bought, in place of ``moment``: the moment follows from the middle of its range of
+    remanence and the size.
+    """
     remanence: Remanence | None = None
-    moment_uncertainty: Moment | None = None  # half the range; that of a grade follows from it
+    """Remanence of the material, in place of ``moment``: the moment follows with the size."""
+    moment_uncertainty: Moment | None = None
+    """Half the range in which the moment lies, for reports and ensembles; that of a grade follows from it. It changes
+    no run.
+    """
     radius: Size
+    """Radius of the cylinder, which is magnetised along its own axis."""
     height: Size
+    """Height of the cylinder along its own axis, which is the moment's."""
     field: Literal["dipole", "cylinder"] = "dipole"
+    """Whose field acts: of a point dipole at the magnet's centre, or of a uniformly magnetised cylinder. The same for
+    all magnets.
+    """
     offset: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    """Place of this magnet's centre from the arm's point, in the arm frame (x along the axis of rotation)."""
     phase: Angle | None = None
+    """Angle by which this magnet's moment is ahead of the spin, in the sense of rotation; 0 if left out."""
 
     @model_validator(mode="after")
     def _one_strength(self) -> Self:
@@ -100,14 +120,33 @@ class Drive(Part):
     """
 
     frequency: Frequency
+    """Turns of the magnet per second about its axis, right-handed about the arm frame's x; negative turns it the other
+    way.
+    """
     pitch: Angle
+    """Elevation of the axis about which the magnet turns: positive lifts its x end above the horizontal."""
     distance: Size
+    """Height of the magnet's centre above the head's centre at the start, before ``pitch`` swings it where
+    ``pitch_about`` is the origin.
+    """
     yaw_rate: AngularRate = 0.0
+    """Rate at which the arm turns about the lab's vertical z axis; positive is counter-clockwise seen from above."""
     velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
+    """Constant velocity of the magnet in the lab frame, added to the circle of ``yaw_rate``."""
     pitch_about: Literal["origin", "magnet"] = "origin"
+    """What the pitch tilts: ``origin`` swings the magnet's place about the lab's origin as well, as eq. (1) says;
+    ``magnet`` tilts its axis alone, straight above.
+    """
     start: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    """Place of the head's centre at t = 0 in the lab frame; the circle of ``yaw_rate`` is about the lab's z axis."""
     heading: Heading | None = None
-    path: Path | None = None  # takes the place of distance, velocity, yaw_rate and, where it has its own, of pitch
+    """Which end leads at the start, ``helix`` or ``head``, level; or yaw, pitch and roll of the device in the lab. Left
+    out, its nose points along lab x.
+    """
+    path: Path | None = None
+    """The magnet's path at given times, in place of ``distance``, ``velocity`` and ``yaw_rate``: a table
+    ``[drive.path]``.
+    """
 
     @model_validator(mode="after")
     def _sensible(self) -> Self:
@@ -139,7 +178,9 @@ class Walls(Part):
     """Upright walls of the tank, as ranges in lab x and y."""
 
     x: LengthRange | None = None
+    """Lowest and highest lab x of the fluid; no walls there if left out."""
     y: LengthRange | None = None
+    """Lowest and highest lab y of the fluid; no walls there if left out."""
 
 
 class Workspace(Part):
@@ -150,10 +191,17 @@ class Workspace(Part):
     """
 
     floor: Length | None = None
+    """Lab height of the tank's floor; none if left out."""
     surface: Length | None = None
+    """Lab height of the fluid's free surface; none if left out."""
     walls: Walls = Walls()
-    contact: Literal["stop", "hold"] | None = None  # what happens to a device that touches them; stop if left out
-    surface_pull: Pull | None = None  # none if left out
+    """Upright walls: a table ``[workspace.walls]``."""
+    contact: Literal["stop", "hold"] | None = None
+    """What happens to a device that touches floor, surface or wall: the run stops, or goes on while they hold it. Stop
+    if left out.
+    """
+    surface_pull: Pull | None = None
+    """Force with which the surface holds each end of the device that touches it; none if left out."""
 
     @model_validator(mode="after")
     def _pull_fits(self) -> Self:
@@ -188,7 +236,9 @@ class Run(Part):
     """How long to simulate, and how often to write a sample (1800 samples where not given)."""
 
     duration: Time = 1800.0
+    """How long to simulate."""
     interval: Time | None = None
+    """Time between samples; 1800 samples if left out. Gain and verdict do not depend on it."""
 
     @model_validator(mode="after")
     def _memory_suffices(self) -> Self:

@@ -4,6 +4,7 @@ import secrets
 import socket
 import sys
 import threading
+from collections.abc import Callable
 
 from nicegui import app, ui
 
@@ -16,7 +17,13 @@ from helimag.studio.state import beginning
 
 
 def serve(
-    scenario: str, *, host: str = "127.0.0.1", port: int = 8137, browser: bool = True, demo: bool = False
+    scenario: str,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8137,
+    browser: bool = True,
+    demo: bool = False,
+    tell: Callable[[str], None] | None = None,
 ) -> None:
     """Serve the studio until interrupted.
 
@@ -32,6 +39,8 @@ def serve(
         Whether to open a browser.
     demo
         Whether the page tours itself.
+    tell
+        Called with the address, its token in it, before the page is served.
 
     Raises
     ------
@@ -55,6 +64,8 @@ def serve(
         address += f"?token={token}"
     app.on_startup(lambda: _warm(setting.state.scenario))
     print(f"helimag studio at {address}", file=sys.stderr, flush=True)
+    if tell is not None:
+        tell(address)
     ui.run(
         host=host,
         port=port,

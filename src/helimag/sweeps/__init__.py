@@ -1,9 +1,18 @@
 """Sweeps: many runs by plan, a store that survives interruption, threads or a cluster, a verdict's boundary."""
 
 from helimag.sweeps.boundary import BoundaryLine, boundary_line
-from helimag.sweeps.export import axis_names, counts, export, load_sweep
+from helimag.sweeps.export import axis_names, counts, export, load_sweep, swept_in
 from helimag.sweeps.nodes import Nodes, nodes_of
-from helimag.sweeps.plan import Axis, Boundary, Plan, Sampling, load_plan, parse_plan
+from helimag.sweeps.plan import (
+    Axis,
+    Boundary,
+    EnsembleTable,
+    Plan,
+    Sampling,
+    load_plan,
+    parse_plan,
+    with_ensemble,
+)
 from helimag.sweeps.resolved import ResolvedAxis, ResolvedPlan, resolve
 from helimag.sweeps.run import SweepProgress, sweep
 from helimag.sweeps.trial import Estimate, estimate
@@ -12,6 +21,7 @@ __all__ = [
     "Axis",
     "Boundary",
     "BoundaryLine",
+    "EnsembleTable",
     "Estimate",
     "Nodes",
     "Plan",
@@ -30,4 +40,6 @@ __all__ = [
     "parse_plan",
     "resolve",
     "sweep",
+    "swept_in",
+    "with_ensemble",
 ]

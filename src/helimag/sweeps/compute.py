@@ -1,13 +1,16 @@
 """The runs of one chunk: scenarios in, arrays out. What every engine calls, here or on another machine."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine import History, advance
+from helimag.engine import History, advance, start_state
+from helimag.ensembles import Devices
 from helimag.errors import InputError
-from helimag.outcomes import End, Reason
+from helimag.outcomes import End, Reason, Verdict
+from helimag.runs import Judgement
 from helimag.scenario import Scenario
 
 Rows = dict[str, NDArray[np.generic]]
@@ -31,21 +34,48 @@ SCALARS: dict[str, tuple[str, str]] = {
 }
 
 
-def empty_rows(count: int, sample_times: NDArray[np.float64] | None = None) -> Rows:
-    """Arrays of ``count`` runs that have not been computed."""
-    rows: Rows = {name: np.full(count, np.nan) for name in SCALARS}
+# of the devices that a point is run with
+PROBABILITIES = {f"probability_{verdict}".replace("-", "_"): verdict for verdict in Verdict if verdict.judged}
+SHARES = {"gain_p05": 0.05, "gain_p50": 0.5, "gain_p95": 0.95}
+SPREAD: dict[str, tuple[str, str]] = {
+    **{name: ("1", f"share of the devices whose verdict is {verdict}") for name, verdict in PROBABILITIES.items()},
+    "probability_inside": ("1", "share of the devices that are inside at the end of their runs, whatever comes then"),
+    "probability_failed": ("1", "share of the devices whose scenario is refused, or whose numbers broke down"),
+    **{name: ("1", f"{share:.0%} of the devices' gains lie below") for name, share in SHARES.items()},
+}
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is kept of each point: its state at times (s), and how the devices end that it is run with."""
+
+    times: NDArray[np.float64] | None = None
+    devices: Devices | None = None
+
+    @property
+    def scalars(self) -> dict[str, tuple[str, str]]:
+        """Unit and meaning of each number of a point."""
+        return SCALARS if self.devices is None else SCALARS | SPREAD
+
+
+NOTHING_MORE = Kept()
+
+
+def empty_rows(count: int, kept: Kept = NOTHING_MORE) -> Rows:
+    """Arrays of ``count`` points that have not been computed."""
+    rows: Rows = {name: np.full(count, np.nan) for name in kept.scalars}
     rows["verdict"] = np.zeros(count, np.int8)
     rows["reason"] = np.zeros(count, np.int8)
     rows["scenario_hash"] = np.zeros((count, HASH_BYTES), np.uint8)
-    if sample_times is not None:
-        rows["position"] = np.full((count, sample_times.size, 3), np.nan)
-        rows["quaternion"] = np.full((count, sample_times.size, 4), np.nan)
+    if kept.times is not None:
+        rows["position"] = np.full((count, kept.times.size, 3), np.nan)
+        rows["quaternion"] = np.full((count, kept.times.size, 4), np.nan)
     return rows
 
 
 def compute(
     scenarios: Sequence[Scenario | None],
-    sample_times: NDArray[np.float64] | None = None,
+    kept: Kept = NOTHING_MORE,
     *,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -55,20 +85,63 @@ def compute(
     Parameters
     ----------
     scenarios
-        One a run; None where the point made no valid scenario.
-    sample_times
-        (times,): when to keep the state (s), where trajectories are kept.
+        One a point; None where the point made no valid scenario.
+    kept
+        What to keep of each beside its judgement.
     threads, progress
         As for :func:`helimag.engine.advance`.
     """
-    rows = empty_rows(len(scenarios), sample_times)
+    rows = empty_rows(len(scenarios), kept)
     _say(rows, slice(None), Reason.SCENARIO_REFUSED)
     valid = [(i, scenario) for i, scenario in enumerate(scenarios) if scenario is not None]
-    if valid:
-        histories = advance([scenario for _, scenario in valid], threads=threads, progress=progress)
-        for (i, _), history in zip(valid, histories, strict=True):
-            _fill(rows, i, history)
+    if not valid:
+        return rows
+    copies = [_copies(scenario, kept.devices) for _, scenario in valid]
+    batch = [scenario for _, scenario in valid] + [copy for each in copies for copy, _ in each]
+    states = [start_state(scenario) for _, scenario in valid] + [state for each in copies for _, state in each]
+    histories = iter(advance(batch, initial_states=np.array(states), threads=threads, progress=progress))
+    for i, _ in valid:
+        _fill(rows, i, next(histories))
+    for (i, _), each in zip(valid, copies, strict=True):
+        if kept.devices is not None:
+            _fill_spread(rows, i, [next(histories) for _ in each], len(kept.devices))
     return rows
+
+
+def _copies(scenario: Scenario, devices: Devices | None) -> list[tuple[Scenario, NDArray[np.float64]]]:
+    """A point with each of the devices, but for those that it cannot have, and the states that its runs begin in."""
+    made: list[tuple[Scenario, NDArray[np.float64]]] = []
+    if devices is None:
+        return made
+    for place in range(len(devices)):
+        try:
+            made.append(devices.copy(scenario, place))
+        except InputError:
+            continue  # counts as failed
+    return made
+
+
+def _fill_spread(rows: Rows, point: int, histories: Sequence[History], drawn: int) -> None:
+    """Write how the devices of a point ended; what did not run counts as failed."""
+    judgements = [judgement for history in histories if (judgement := _judged(history)) is not None]
+    for name, verdict in PROBABILITIES.items():
+        rows[name][point] = sum(judgement.verdict is verdict for judgement in judgements) / drawn
+    rows["probability_inside"][point] = sum(judgement.verdict.inside for judgement in judgements) / drawn
+    rows["probability_failed"][point] = (drawn - len(judgements)) / drawn
+    if judgements:
+        gains = [judgement.gain for judgement in judgements]
+        for name, share in SHARES.items():
+            rows[name][point] = np.quantile(gains, share)
+
+
+def _judged(history: History) -> Judgement | None:
+    """How a run is judged; None where its numbers broke down, or it has no input."""
+    if history.status is End.NOT_FINITE:
+        return None
+    try:
+        return history.judge()
+    except InputError:
+        return None
 
 
 def _fill(rows: Rows, run: int, history: History) -> None:
@@ -84,9 +157,8 @@ def _fill(rows: Rows, run: int, history: History) -> None:
         _say(rows, run, Reason.NUMBERS_BROKE_DOWN)
         rows["end_time"][run] = history.time[-1]
         return
-    try:
-        judgement = history.judge()
-    except InputError:
+    judgement = _judged(history)
+    if judgement is None:
         return  # the scenario has no input: the device starts level with the magnet
     for name in SCALARS:
         if name != "height_change":

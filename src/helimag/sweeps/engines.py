@@ -8,12 +8,9 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from helimag.errors import FileError, MissingExtra, RunError
 from helimag.scenario import Scenario
-from helimag.sweeps.compute import Rows, compute
+from helimag.sweeps.compute import Kept, Rows, compute
 
 Job = tuple[int, Callable[[], Sequence[Scenario | None]]]  # chunk, and what makes its scenarios
 CONNECT_SECONDS = 10
@@ -30,7 +27,7 @@ class Engine(Protocol):
     def results(
         self,
         jobs: Sequence[Job],
-        sample_times: NDArray[np.float64] | None,
+        kept: Kept,
         report: Callable[[float], None],
     ) -> Iterator[tuple[int, Rows]]: ...
 
@@ -41,9 +38,7 @@ class Threads:
     def __init__(self, threads: int | None = None) -> None:
         self.threads = threads or os.cpu_count() or 1
 
-    def results(
-        self, jobs: Sequence[Job], sample_times: NDArray[np.float64] | None, report: Callable[[float], None]
-    ) -> Iterator[tuple[int, Rows]]:
+    def results(self, jobs: Sequence[Job], kept: Kept, report: Callable[[float], None]) -> Iterator[tuple[int, Rows]]:
         """Compute on this machine; ``report`` gets the number of chunks' worth of work under way that is done."""
         stop = threading.Event()
         under_way: dict[int, float] = {}
@@ -58,7 +53,7 @@ class Threads:
                     raise Stopped
 
             seen(0.0)
-            return compute(make(), sample_times, threads=math.ceil(self.threads / at_once), progress=seen)
+            return compute(make(), kept, threads=math.ceil(self.threads / at_once), progress=seen)
 
         pool = ThreadPoolExecutor(max(1, at_once))
         waiting = iter(jobs)
@@ -89,9 +84,7 @@ class Cluster:
     def __init__(self, client: Any) -> None:
         self.client = client
 
-    def results(
-        self, jobs: Sequence[Job], sample_times: NDArray[np.float64] | None, report: Callable[[float], None]
-    ) -> Iterator[tuple[int, Rows]]:
+    def results(self, jobs: Sequence[Job], kept: Kept, report: Callable[[float], None]) -> Iterator[tuple[int, Rows]]:
         """Compute on the cluster, a chunk a worker thread; a chunk whose worker dies goes to another one."""
         from distributed import as_completed
 
@@ -102,7 +95,7 @@ class Cluster:
             new = []
             for _, (chunk, make) in zip(range(count), waiting, strict=False):
                 # impure: what an abandoned sweep of the same plan left behind must not answer for this one
-                future = self.client.submit(compute, make(), sample_times, threads=1, pure=False)
+                future = self.client.submit(compute, make(), kept, threads=1, pure=False)
                 sent[future] = chunk
                 new.append(future)
             return new
@@ -143,7 +136,7 @@ def engine(scheduler: str | None, threads: int | None = None) -> Iterator[Engine
     try:
         from distributed import Client
     except ImportError:
-        raise MissingExtra("a cluster needs dask.distributed: pip install 'helimag[cluster]'") from None
+        raise MissingExtra.of("a cluster", "distributed", "cluster") from None
     try:
         client = Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -13,7 +13,7 @@ from helimag.errors import FileError, InputError
 from helimag.files import csv_text, replacing
 from helimag.outcomes import Reason, Verdict
 from helimag.runs import write_netcdf
-from helimag.sweeps.compute import SCALARS
+from helimag.sweeps.compute import SCALARS, SPREAD
 from helimag.sweeps.plan import parse_plan
 from helimag.sweeps.store import CHECKSUM, attributes_of, checksum
 
@@ -55,6 +55,21 @@ def load_sweep(path: str | Path) -> "xarray.Dataset":
     return opened
 
 
+def swept_in(dataset: "xarray.Dataset") -> "xarray.Dataset":
+    """A sweep that :func:`export` wrote as netCDF, as :func:`load_sweep` gives its store.
+
+    Raises
+    ------
+    InputError
+        Where the dataset is none.
+    """
+    missing = [name for name in (*SCALARS, "verdict", "reason") if name not in dataset]
+    missing += [name for name in ("plan", "scenario", "title") if name not in dataset.attrs]
+    if missing:
+        raise InputError(f"a sweep needs {', '.join(missing)}")
+    return dataset.set_coords([name for name in dataset.data_vars if "shown_in" in dataset[name].attrs])
+
+
 @contextmanager
 def _damage(path: Path) -> Iterator[None]:
     """What reading a damaged file may raise, as one line that names it."""
@@ -72,7 +87,7 @@ def _damage(path: Path) -> Iterator[None]:
 def _check_shapes(path: Path, dataset: "xarray.Dataset") -> None:
     """Raise FileError where a result does not lie along the plan's axes, or a coordinate holds what is no number."""
     dims = dataset["verdict"].dims
-    for name in (*SCALARS, "verdict", "reason"):
+    for name in (*scalar_names(dataset), "verdict", "reason"):
         if dataset[name].dims != dims or dataset[name].dtype.kind not in "fi":
             raise FileError(f"{path} is damaged: {name} does not lie along the sweep's axes")
     for label, coordinate in dataset.coords.items():
@@ -125,6 +140,11 @@ def axis_names(dataset: "xarray.Dataset") -> list[str]:
     return sorted(names, key=lambda name: order.index(dataset[name].attrs["long_name"]))
 
 
+def scalar_names(dataset: "xarray.Dataset") -> list[str]:
+    """Names of the numbers that a sweep holds of each point: those of devices only where it ran some."""
+    return [*SCALARS, *(SPREAD if next(iter(SPREAD)) in dataset else ())]
+
+
 def counts(dataset: "xarray.Dataset") -> dict[str, int]:
     """How many runs of each verdict, what failed and what is missing included."""
     found = Counter(dataset["verdict"].values.ravel().tolist())
@@ -156,7 +176,7 @@ def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
     axes = axis_names(dataset)
     shape = dataset["verdict"]
     columns = {name: dataset[name].broadcast_like(shape).transpose(*shape.dims).values.ravel() for name in axes}
-    columns |= {name: dataset[name].values.ravel() for name in SCALARS}
+    columns |= {name: dataset[name].values.ravel() for name in scalar_names(dataset)}
     words = {
         name: dataset[name].attrs["flag_meanings"].split() for name in axes if "flag_meanings" in dataset[name].attrs
     }

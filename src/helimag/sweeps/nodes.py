@@ -24,7 +24,7 @@ class Nodes:
     Attributes
     ----------
     base
-        What the runs have in common.
+        What the runs have in common; of a sweep with an ensemble, with its likeliest device.
     axes
         Each swept field with its values, SI or text, and the dimension that it runs along: zipped ones share one.
     dimensions
@@ -57,7 +57,7 @@ def nodes_of(dataset: "xarray.Dataset") -> Nodes:
     if plan.sample is not None or plan.boundary is not None:
         raise InputError("the sweep's points must lie on a grid; this plan samples them or chooses them on the way")
     base = parse(dataset.attrs["scenario"])
-    resolved = resolve(plan.model_copy(update={"base": base, "changes": {}, "duration": None}))
+    resolved = resolve(plan.model_copy(update={"base": base, "changes": {}, "duration": None, "ensemble": None}))
     flags = dataset["verdict"].transpose(*resolved.shape).values
 
     def values_at(index: tuple[int, ...]) -> dict[str, float | str]:

@@ -1,14 +1,16 @@
 """Plans: which runs a sweep makes, as frozen models that read and write TOML."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from helimag.ensembles import RUNS
 from helimag.errors import InputError
 from helimag.files import text_of, toml_tables
 from helimag.outcomes import Verdict
-from helimag.scenario import Part, Scenario, Time, model_of, preset_names
+from helimag.scenario import Part, Scenario, Size, Time, model_of, preset_names
 
 
 class Axis(Part):
@@ -77,6 +79,20 @@ class Boundary(Part):
     resolution: float = Field(default=0.01, gt=0.0, lt=1.0)
 
 
+class EnsembleTable(Part):
+    """Devices of a calibration, ``draws`` of them, that every point is run with, and errors of each run on top.
+
+    ``noise`` names inputs with the standard deviation of their errors, as text with a unit; ``displacement`` is that of
+    where the device is let go, along each axis.
+    """
+
+    fit: str
+    draws: int = Field(default=RUNS, ge=1, le=100_000)
+    seed: int = Field(default=0, ge=0)
+    noise: dict[str, str] = {}
+    displacement: Size | None = None
+
+
 class Plan(Part):
     """What a sweep runs and keeps."""
 
@@ -88,12 +104,15 @@ class Plan(Part):
     axis: tuple[Axis, ...] = Field(min_length=1)
     sample: Sampling | None = None
     boundary: Boundary | None = None
+    ensemble: EnsembleTable | None = None
     trajectory: Time | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.sample is not None and self.boundary is not None:
             raise InputError("a plan has either [sample] or [boundary]; got both")
+        if self.ensemble is not None and self.boundary is not None:
+            raise InputError("with [ensemble] a verdict has no [boundary], only a probability; give the axes a grid")
         wanted = {"bounds"} if self.sample else {"grid"} if self.boundary else {"list", "range", "grid"}
         kind = "[sample]" if self.sample else "[boundary]" if self.boundary else "neither [sample] nor [boundary]"
         for axis in self.axis:
@@ -117,6 +136,18 @@ class Plan(Part):
         return tomli_w.dumps({key: value for key, value in data.items() if value != {}})
 
 
+def with_ensemble(plan: Plan, given: Mapping[str, object]) -> Plan:
+    """A plan with entries of its ``[ensemble]`` set, whether or not it has one; values as a file would have them.
+
+    Raises
+    ------
+    InputError
+        Where they do not fit, or no fit is named.
+    """
+    data = plan.model_dump(mode="json", exclude_none=True)
+    return model_of(Plan, data | {"ensemble": {**data.get("ensemble", {}), **given}}, "plan")
+
+
 def parse_plan(text: str, source: str = "plan") -> Plan:
     """Read a plan from TOML text; ``source`` names it in messages.
 
@@ -134,7 +165,7 @@ def parse_plan(text: str, source: str = "plan") -> Plan:
 
 
 def load_plan(path: str | Path) -> Plan:
-    """Read a plan file; the path of a base scenario in it is relative to the file.
+    """Read a plan file; the paths of a base scenario and of a fit in it are relative to the file.
 
     Raises
     ------
@@ -143,7 +174,10 @@ def load_plan(path: str | Path) -> Plan:
     InputError
         Where it is not a plan.
     """
-    plan = parse_plan(text_of(path), str(path))
+    plan, folder = parse_plan(text_of(path), str(path)), Path(path).parent
+    placed: dict[str, object] = {}
     if isinstance(plan.base, str) and plan.base not in preset_names():
-        return plan.model_copy(update={"base": str(Path(path).parent / plan.base)})
-    return plan
+        placed["base"] = str(folder / plan.base)
+    if plan.ensemble is not None:
+        placed["ensemble"] = plan.ensemble.model_copy(update={"fit": str(folder / plan.ensemble.fit)})
+    return plan.model_copy(update=placed)

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
+from helimag.ensembles import Devices, noise_of
 from helimag.errors import InputError
 from helimag.scenario import Input, Parameters, Scenario, check_apart, load, varied
-from helimag.sweeps.plan import Axis, Plan
+from helimag.sweeps.plan import Axis, EnsembleTable, Plan
 
 Floats = NDArray[np.float64]
 Value = float | str
@@ -40,24 +41,39 @@ class ResolvedAxis:
 
 @dataclass(frozen=True)
 class ResolvedPlan:
-    """All points of a sweep: ``shape`` gives the length of each dimension."""
+    """All points of a sweep: ``shape`` gives the length of each dimension.
+
+    With ``devices``, the base has the likeliest one, and each point is run with that and with every one that was drawn.
+    """
 
     plan: Plan
     base: Scenario
     axes: tuple[ResolvedAxis, ...]
     shape: dict[str, int]
+    devices: Devices | None = None
 
     @property
     def size(self) -> int:
-        """Number of runs (the budget where points are chosen on the way)."""
+        """Number of points (the budget where they are chosen on the way)."""
         return math.prod(self.shape.values())
+
+    @property
+    def runs_each(self) -> int:
+        """Runs of a point."""
+        return 1 if self.devices is None else 1 + len(self.devices)
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return self.size * self.runs_each
 
     @cached_property
     def chunk_shape(self) -> tuple[int, ...]:
-        """Runs of a chunk along each dimension: whole rows as far as they fit."""
+        """Points of a chunk along each dimension: whole rows as far as they fit."""
         left = SMALLEST_CHUNK
         if self.plan.boundary is None:
-            left = min(LARGEST_CHUNK, max(SMALLEST_CHUNK, self.size // CHUNKS))
+            left = min(LARGEST_CHUNK, max(SMALLEST_CHUNK, self.runs // CHUNKS))
+        left = max(1, left // self.runs_each)
         lengths = []
         for length in reversed(self.shape.values()):
             lengths.append(max(1, min(length, left)))
@@ -78,11 +94,11 @@ class ResolvedPlan:
         )
 
     def extent(self, chunk: int) -> tuple[int, ...]:
-        """Number of runs of a chunk along each dimension."""
+        """Number of points of a chunk along each dimension."""
         return tuple(part.stop - part.start for part in self.block(chunk))
 
     def points(self, chunk: int) -> Iterator[dict[str, Value]]:
-        """Values of the axes at each run of a chunk, by field, last dimension fastest."""
+        """Values of the axes at each point of a chunk, by field, last dimension fastest."""
         names = list(self.shape)
         for index in product(*(range(part.start, part.stop) for part in self.block(chunk))):
             at = dict(zip(names, index, strict=True))
@@ -108,9 +124,13 @@ class ResolvedPlan:
     @cached_property
     def identity(self) -> dict[str, Any]:
         """All that decides the runs, flat: dotted name to value. Names and provenance do not."""
-        plan = self.plan.model_dump(mode="json", exclude={"name", "base", "changes", "duration"}, exclude_none=True)
+        told = {"name", "base", "changes", "duration", "ensemble"}
+        plan = self.plan.model_dump(mode="json", exclude=told, exclude_none=True)
         base = self.base.model_dump(mode="json", exclude={"name", "provenance"}, exclude_none=True)
-        return dict(_flat({**plan, "scenario": json.loads(json.dumps(base))}))
+        drawn = (
+            {} if self.devices is None else {"ensemble": {"draws": len(self.devices), "sha256": self.devices.digest}}
+        )
+        return dict(_flat({**plan, **drawn, "scenario": json.loads(json.dumps(base))}))
 
 
 def resolve(plan: Plan) -> ResolvedPlan:
@@ -119,20 +139,22 @@ def resolve(plan: Plan) -> ResolvedPlan:
     Raises
     ------
     FileError
-        Where the base cannot be loaded.
+        Where the base or a fit cannot be loaded.
     InputError
-        Where an axis' field or value does not fit.
+        Where an axis' field or value does not fit, or the fit is not of the base's device.
     """
     changes = dict(plan.changes)
     if plan.duration is not None:
         changes["run.duration"] = plan.duration
     base = load(plan.base) if isinstance(plan.base, str) else plan.base
     base = varied(base, changes) if changes else base
+    devices = None if plan.ensemble is None else _devices(plan, plan.ensemble, base)
+    base = base if devices is None else devices.nominal(base)
     _check_fields(plan, base)
     _check_size(plan, base)
     if plan.sample is not None or plan.boundary is not None:
         size = plan.sample.count if plan.sample else plan.boundary.budget if plan.boundary else 0
-        return ResolvedPlan(plan, base, _spread(plan, base), {"point": size})
+        return ResolvedPlan(plan, base, _spread(plan, base), {"point": size}, devices)
     axes: list[ResolvedAxis] = []
     shape: dict[str, int] = {}
     for axis in plan.axis:
@@ -149,19 +171,31 @@ def resolve(plan: Plan) -> ResolvedPlan:
         axes.append(ResolvedAxis(axis.field, name, dimension, kind, values))
     if set(shape) & {axis.name for axis in axes if axis.name != axis.dimension}:
         raise InputError("the name of a zip must not be an axis' name")
-    resolved = ResolvedPlan(plan, base, tuple(axes), shape)
+    resolved = ResolvedPlan(plan, base, tuple(axes), shape, devices)
     _check_runs(plan, base, resolved.size)
     return resolved
 
 
-def _check_runs(plan: Plan, base: Scenario, runs: float) -> None:
+def _devices(plan: Plan, table: EnsembleTable, base: Scenario) -> Devices:
+    """The devices that a plan's points are run with."""
+    from helimag.calibration import Posterior, drawn
+
+    fit = Posterior.load(table.fit)
+    noise = noise_of(base, table.noise, table.displacement or 0.0, "ensemble.noise")
+    devices = drawn(fit, base, draws=table.draws, noise=noise, seed=table.seed)
+    devices.check_apart_from([axis.field for axis in plan.axis], "an axis of the plan")
+    return devices
+
+
+def _check_runs(plan: Plan, base: Scenario, points: float) -> None:
     """Raise InputError where a plan has more runs, or keeps more samples of them, than a store can hold."""
+    runs = points * (1 if plan.ensemble is None else 1 + plan.ensemble.draws)
     if runs > MOST_RUNS:
         raise InputError(
             f"the plan has {runs:.7g} runs, and a sweep at most {MOST_RUNS:.7g}; give its axes fewer values, let "
             "[sample] or [boundary] choose the points, or make several plans of it"
         )
-    samples = runs * base.run.duration / plan.trajectory if plan.trajectory else runs
+    samples = points * base.run.duration / plan.trajectory if plan.trajectory else points
     if samples > MOST_SAMPLES:
         raise InputError(
             f"trajectory keeps {samples:.2g} samples of all runs together, and a store at most {MOST_SAMPLES:.2g}; "

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.outcomes import Verdict
-from helimag.sweeps.compute import Rows
+from helimag.sweeps.compute import Kept, Rows
 from helimag.sweeps.engines import Engine, Job, engine
 from helimag.sweeps.export import load_sweep
 from helimag.sweeps.plan import Plan, load_plan
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class SweepProgress:
-    """How a sweep stands: runs in all, runs in the store, the same with what is under way, and counts by verdict."""
+    """How a sweep stands: runs in all, runs in the store, the same with what is under way, and points by verdict."""
 
     total: int
     done: int = 0
@@ -80,21 +80,21 @@ def sweep(
     check_names(resolved)
     check_first(resolved)
     place = Path(out)
-    times = sample_times(resolved)
+    kept = Kept(sample_times(resolved), resolved.devices)
     with ExitStack() as opened:
         # a scheduler that does not answer must not leave a store behind that nothing was computed for
         where = None if place.exists() else opened.enter_context(engine(scheduler, threads))
         store = opened.enter_context(Store.opened(place, resolved))
-        state = SweepProgress(total=resolved.size)
+        state = SweepProgress(total=resolved.runs)
         for chunk in sorted(store.done):
-            _count(state, np.asarray(store.read(chunk, "verdict")))
+            _count(state, np.asarray(store.read(chunk, "verdict")), resolved.runs_each)
         state.found, state.worked = state.done, state.done
         if len(store.done) < len(resolved.chunks):
             where = where or opened.enter_context(engine(scheduler, threads))
             wanted = resolved.plan.boundary
             rounds = chosen(resolved, store, wanted) if wanted else planned(resolved, store)
             for jobs, columns in rounds:
-                _run(where, jobs, columns, store, times, state, progress)
+                _run(where, jobs, columns, store, kept, state, progress)
     return load_sweep(place)
 
 
@@ -103,7 +103,7 @@ def _run(
     jobs: Sequence[Job],
     columns: dict[int, Rows],
     store: Store,
-    times: NDArray[np.float64] | None,
+    kept: Kept,
     state: SweepProgress,
     progress: Callable[[SweepProgress], None] | None,
 ) -> None:
@@ -117,13 +117,13 @@ def _run(
         if progress is not None:
             progress(state)
 
-    for chunk, rows in where.results(jobs, times, report):
+    for chunk, rows in where.results(jobs, kept, report):
         store.commit(chunk, {**rows, **columns.get(chunk, {})})
-        _count(state, np.asarray(rows["verdict"]))
+        _count(state, np.asarray(rows["verdict"]), store.resolved.runs_each)
         report(0.0)
 
 
-def _count(state: SweepProgress, verdicts: NDArray[np.generic]) -> None:
+def _count(state: SweepProgress, verdicts: NDArray[np.generic], runs_each: int) -> None:
     known = verdicts[verdicts != Verdict.NOT_COMPUTED]
-    state.done += known.size
+    state.done += known.size * runs_each
     state.counts.update(str(Verdict.of(flag)) for flag in known)

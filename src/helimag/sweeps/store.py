@@ -24,7 +24,7 @@ from helimag.outcomes import Reason, Verdict, cf_flags
 from helimag.runs.trajectory import versions
 from helimag.scenario import Input
 from helimag.sweeps.cautions import sweep_cautions
-from helimag.sweeps.compute import HASH_BYTES, SCALARS, Rows
+from helimag.sweeps.compute import HASH_BYTES, Kept, Rows
 from helimag.sweeps.resolved import ResolvedPlan
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def variables(resolved: ResolvedPlan) -> dict[str, tuple[tuple[str, ...], Any, A
     """Every array that is written on the way: dimensions, type, fill value, attributes."""
     dims = tuple(resolved.shape)
     found: dict[str, tuple[tuple[str, ...], Any, Any, dict[str, object]]] = {}
-    for name, (unit, meaning) in SCALARS.items():
+    for name, (unit, meaning) in Kept(devices=resolved.devices).scalars.items():
         found[name] = (dims, np.float64, np.nan, {"units": unit, "long_name": meaning})
     for name, flags in (("verdict", cf_flags(Verdict)), ("reason", cf_flags(Reason))):
         found[name] = (dims, np.int8, 0, {"long_name": name, **flags})
@@ -388,4 +388,4 @@ def _needs_zarr() -> None:
     try:
         import zarr  # noqa: F401
     except ImportError:
-        raise MissingExtra("a sweep's store needs zarr: pip install 'helimag[sweeps]'") from None
+        raise MissingExtra.of("a sweep's store", "zarr", "sweeps") from None

@@ -11,7 +11,7 @@ import numpy as np
 
 from helimag.errors import InputError
 from helimag.sweeps.boundary import start_points
-from helimag.sweeps.compute import compute, empty_rows
+from helimag.sweeps.compute import Kept, compute, empty_rows
 from helimag.sweeps.plan import Plan, load_plan
 from helimag.sweeps.resolved import ResolvedPlan, Value, resolve
 from helimag.sweeps.rounds import check_first, scenarios
@@ -56,8 +56,8 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     begun = time.perf_counter()
     compute(short, threads=1)
     took = time.perf_counter() - begun
-    seconds = took * math.fsum(lengths) / math.fsum(trials) / len(valid) * resolved.size / min(cores, resolved.size)
-    return Estimate(resolved.size, seconds, _disk(resolved), len(short), took)
+    seconds = took * math.fsum(lengths) / math.fsum(trials) / len(valid) * resolved.runs / min(cores, resolved.runs)
+    return Estimate(resolved.runs, seconds, _disk(resolved), len(short), took)
 
 
 def _spread_points(resolved: ResolvedPlan, count: int) -> list[dict[str, Value]]:
@@ -72,7 +72,7 @@ def _spread_points(resolved: ResolvedPlan, count: int) -> list[dict[str, Value]]
 
 def _disk(resolved: ResolvedPlan) -> int:
     """Bytes on disk of the finished store: chunks of noise are written and measured, the first with its folders."""
-    times = sample_times(resolved)
+    kept = Kept(sample_times(resolved), resolved.devices)
     noise = np.random.default_rng(0)
     sizes = []
     with tempfile.TemporaryDirectory() as folder:
@@ -80,7 +80,7 @@ def _disk(resolved: ResolvedPlan) -> int:
         with Store.opened(place, resolved) as store:
             for chunk in range(min(2, len(resolved.chunks))):
                 count = math.prod(resolved.extent(chunk))
-                rows = empty_rows(count, times)
+                rows = empty_rows(count, kept)
                 for name, values in rows.items():
                     if values.dtype == np.float64:
                         rows[name] = noise.normal(size=values.shape)

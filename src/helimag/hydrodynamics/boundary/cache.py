@@ -3,6 +3,7 @@
 import contextlib
 import hashlib
 import json
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from helimag.scenario import Device
 
 VERSION = 1  # of the solver: raised whenever its numbers change
 TOLERANCE = 0.01  # where the scenario gives none
+
+LOG = logging.getLogger(__name__)
 
 _memory: dict[str, Solution] = {}  # of this process: a sweep asks for the same device thousands of times
 
@@ -47,6 +50,11 @@ def solution(device: Device, plane: Plane | None = None) -> Solution:
     if key not in _memory:
         path = folder() / f"{key}.json"
         found = _read(path)
+        LOG.info(
+            "drag of this device by the boundary model: %s %s",
+            "to be solved, not in" if found is None else "from",
+            path,
+        )
         if found is None:
             found = refined(device_surfaces(device), _tolerance(device), plane)
             _write(path, found)

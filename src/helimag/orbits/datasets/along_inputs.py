@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from helimag.orbits.curves import BoundaryCurve, Branch, StabilityMap
+from helimag.orbits.datasets.single import orbit_variables
 from helimag.orbits.datasets.variables import (
     ATTITUDE,
     PLACE,
+    Content,
     Variable,
     about_input,
     dataset_of,
@@ -39,7 +41,8 @@ def map_dataset(result: StabilityMap, boundary: Sequence[BoundaryCurve] = ()) ->
     }
     if boundary:
         data |= _boundary(boundary, names, inputs)
-    return dataset_of(data, axes, result.scenario, "stability map")
+    ends = {"boundary_ends": "; ".join(", ".join(curve.ends) for curve in boundary)} if boundary else {}
+    return dataset_of(data, axes, result.scenario, Content.MAP, {**ends})
 
 
 def branches_dataset(branches: Sequence[Branch]) -> "xarray.Dataset":
@@ -53,19 +56,27 @@ def branches_dataset(branches: Sequence[Branch]) -> "xarray.Dataset":
     data: dict[str, Variable] = {
         name: (along, values, about),
         "branch": number(along, numbers, "1", "number of the branch that a point belongs to"),
-        **_orbits(along, orbits),
+        **orbit_variables(along, orbits),
     }
-    events = [event for branch in branches for event in branch.events]
+    located = [(place, event) for place, branch in enumerate(branches) for event in branch.events]
+    events = [event for _, event in located]
     if events:
         kinds = tuple(dict.fromkeys(str(event.kind) for event in events))
         codes = [kinds.index(str(event.kind)) for event in events]
         data |= {
             f"change_{name}": (("change",), np.array([event.value for event in events]), about),
             "change_kind": flags(("change",), codes, kinds, "what happens to the orbit's stability"),
-            "change_position": number(("change", "axis"), [event.orbit.position for event in events], "m", PLACE),
+            "change_branch": number(("change",), [place for place, _ in located], "1", "number of its branch"),
+            "change_index": number(("change",), [event.index for event in events], "1", "points of the branch before"),
+            **orbit_variables(("change",), [event.orbit for event in events], prefix="change_"),
         }
     ends = "; ".join(", ".join(branch.ends) for branch in branches)
-    return dataset_of(data, {}, scenario, "branches of orbits", {"ends": ends})
+    return dataset_of(data, {}, scenario, Content.BRANCHES, {"input": branches[0].path, "ends": ends})
+
+
+def orbits_dataset(orbits: Sequence[Orbit]) -> "xarray.Dataset":
+    """Orbits of one scenario, one after another."""
+    return dataset_of(orbit_variables(("orbit",), orbits), {}, orbits[0].scenario, Content.ORBITS)
 
 
 def _boundary(
@@ -88,23 +99,4 @@ def _boundary(
         "boundary_swing": number(along, swing, "rad/s", "imaginary part of the critical rate"),
         "boundary_position": number((*along, "axis"), states[:, :3], "m", PLACE),
         "boundary_quaternion": number((*along, "component"), states[:, 3:], "1", ATTITUDE),
-    }
-
-
-def _orbits(along: tuple[str, ...], orbits: Sequence[Orbit]) -> dict[str, Variable]:
-    states, multipliers = np.array([o.state for o in orbits]), np.array([o.multipliers for o in orbits])
-    rates = np.array([o.rates for o in orbits])
-    lead = rates[np.arange(len(orbits)), np.argmax(rates.real, axis=1)]
-    each = (*along, "multiplier")
-    return {
-        "stable": flags(along, [int(o.stable) for o in orbits], ("no", "yes"), "whether the orbit is stable"),
-        "growth": number(along, lead.real, "1/s", "real part of the leading rate; stable where negative"),
-        "swing": number(along, np.abs(lead.imag), "rad/s", "imaginary part of the leading rate"),
-        "position": number((*along, "axis"), states[:, :3], "m", PLACE),
-        "mean_position": number((*along, "axis"), [o.mean_position for o in orbits], "m", "mean over the period"),
-        "quaternion": number((*along, "component"), states[:, 3:], "1", ATTITUDE),
-        "multiplier_real": number(each, multipliers.real, "1", "Floquet multipliers, real part"),
-        "multiplier_imaginary": number(each, multipliers.imag, "1", "Floquet multipliers, imaginary part"),
-        "attack_angle": number(along, [o.attack_angle for o in orbits], "rad", "mean over the period"),
-        "wobble": number(along, [o.wobble for o in orbits], "rad", "standard deviation of the attack angle"),
     }

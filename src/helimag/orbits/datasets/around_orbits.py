@@ -6,15 +6,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from helimag.orbits.averaged import Agreement, Basin, Counterpart, SlowFlow
-from helimag.orbits.datasets.variables import ATTITUDE, PLACE, dataset_of, flags, number, places_along, terms
+from helimag.orbits.datasets.single import orbit_variables
+from helimag.orbits.datasets.variables import ATTITUDE, PLACE, Content, dataset_of, flags, number, places_along, terms
+from helimag.orbits.strobe import Orbit
 from helimag.outcomes import BasinEnd
 
 if TYPE_CHECKING:
     import xarray
 
 
-def flow_dataset(flow: SlowFlow, counterparts: Sequence[Counterpart] = ()) -> "xarray.Dataset":
-    """A slow flow on its grid, with its fixed points and the orbits that they stand for."""
+def flow_dataset(
+    flow: SlowFlow, orbit: Orbit, counterparts: Sequence[Counterpart] = (), captured: Basin | None = None
+) -> "xarray.Dataset":
+    """A slow flow on its grid, with the orbit that it is around, its fixed points and the orbits that they stand for.
+
+    Parameters
+    ----------
+    captured
+        A basin of that orbit, whose starts go with it.
+    """
     dims = ("x", "y", "z")
     data = {
         "velocity": number((*dims, "axis"), flow.velocity, "m/s", "of the settled device in the moving frame"),
@@ -35,7 +45,15 @@ def flow_dataset(flow: SlowFlow, counterparts: Sequence[Counterpart] = ()) -> "x
             "fixed_point_swing": number((*along, "rate"), rates.imag, "rad/s", "their imaginary parts"),
             "orbit_position": number((*along, "axis"), orbits, "m", f"of the orbit beside the fixed point: {PLACE}"),
         }
-    return dataset_of(data, places_along(flow.axes), flow.scenario, "slow flow")
+    if captured is not None:
+        along = ("start",)
+        caught = captured.captured.astype(int)
+        data |= {
+            "start_position": number((*along, "axis"), captured.places, "m", "where the averaged model was let go"),
+            "start_captured": flags(along, caught, ("no", "yes"), "whether it comes to the orbit"),
+        }
+    data |= orbit_variables(("around",), [orbit], prefix="around_")
+    return dataset_of(data, places_along(flow.axes), flow.scenario, Content.FLOW)
 
 
 def basin_dataset(basin: Basin, agreement: Agreement | None = None) -> "xarray.Dataset":
@@ -48,6 +66,7 @@ def basin_dataset(basin: Basin, agreement: Agreement | None = None) -> "xarray.D
         "end": terms(dims, codes, ran, f"how the run from this start ended by the {basin.engine} model"),
         "captured": flags(dims, captured, ("no", "yes"), "whether the device comes to the orbit"),
         "orbit_position": number(("axis",), basin.orbit.position, "m", PLACE),
+        **orbit_variables(("around",), [basin.orbit], prefix="around_"),
     }
     if agreement is not None:
         full = np.full(basin.ends.size, BasinEnd.NOT_RUN.flag)
@@ -56,4 +75,4 @@ def basin_dataset(basin: Basin, agreement: Agreement | None = None) -> "xarray.D
             dims, full.reshape(basin.shape), BasinEnd, "how a full run from this start ended"
         )
     about = {"engine": basin.engine, "attitude": basin.attitude, "duration": basin.duration, "volume": basin.volume}
-    return dataset_of(data, places_along(basin.axes), basin.orbit.scenario, "basin of attraction", about)
+    return dataset_of(data, places_along(basin.axes), basin.orbit.scenario, Content.BASIN, about)

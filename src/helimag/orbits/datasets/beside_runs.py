@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from helimag.orbits.beside_runs import OrbitComparison
-from helimag.orbits.datasets.variables import PLACE, Variable, dataset_of, flags, number, stability, terms
+from helimag.orbits.datasets.variables import PLACE, Content, Variable, dataset_of, flags, number, stability, terms
 from helimag.outcomes import Verdict, Why
 from helimag.scenario import Scenario
 
@@ -64,4 +64,4 @@ def comparison_dataset(
         "away": flags(dims, result.away.astype(int), ("no", "yes"), "whether no neighbour differs in stability"),
     }
     shares: dict[str, object] = {"agreement": result.share(), "agreement_beside_orbit": result.share(beside=True)}
-    return dataset_of(data, named, scenario, "runs against orbits", shares)
+    return dataset_of(data, named, scenario, Content.COMPARISON, shares)

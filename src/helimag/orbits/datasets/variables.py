@@ -1,6 +1,7 @@
 """Variables with units and CF flags, a dataset with its provenance, and the way into a file."""
 
 from collections.abc import Iterable, Sequence
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,23 @@ if TYPE_CHECKING:
     import xarray
 
 Variable = tuple[tuple[str, ...], Any, dict[str, object]]
+
+
+class Content(Enum):
+    """What a file about orbits holds: its attribute ``content``, and its title."""
+
+    ORBITS = "orbits"
+    BRANCHES = "branches of orbits"
+    MAP = "stability map"
+    FLOW = "slow flow"
+    BASIN = "basin of attraction"
+    COMPARISON = "runs against orbits"
+
+    @property
+    def word(self) -> str:
+        """As in the file's attribute."""
+        return self.name.lower()
+
 
 STABILITY = ("no_orbit", "unstable", "stable")
 PLACE = "head when a turn of the magnet begins, moving frame"
@@ -72,7 +90,7 @@ def dataset_of(
     data: dict[str, Variable],
     coordinates: dict[str, Variable],
     scenario: Scenario,
-    title: str,
+    content: Content,
     about: dict[str, object] | None = None,
 ) -> "xarray.Dataset":
     """A dataset that says where it comes from: scenario, versions and frames, and what else is known ``about`` it."""
@@ -83,7 +101,8 @@ def dataset_of(
         coordinates,
         {
             "Conventions": "CF-1.11",
-            "title": title,
+            "title": content.value,
+            "content": content.word,
             "name": scenario.title,
             "source": "simulated",
             "frames": "moving: yaws and translates with the drive, the lab frame at t = 0; z up; angles in rad",

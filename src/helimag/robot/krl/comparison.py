@@ -140,6 +140,8 @@ def _handshake(plan: ArmPlan, playback: Playback) -> Iterator[str]:
         yield f"inputs: the programme waits for {_states('$IN', found)}; the plan for {_states('$IN', wanted)}"
     elif any(each.motions != 2 for each in playback.awaited):
         yield "inputs: the programme does not wait for the motor where the path begins"
+    elif any(each.switched != 1 for each in playback.awaited):  # the motor, and not yet the run
+        yield "inputs: the programme does not wait for the motor between switching it on and the beginning of the path"
     lead = playback.begin - (playback.awaited[-1].time if playback.awaited else 0.0)
     if abs(lead - lead_time(plan)) > LEAD:
         yield f"the path begins {lead:.6f} s after the motor's phase reference; the plan has {lead_time(plan):.6f} s"

@@ -1,6 +1,7 @@
 """Carry out a programme statement by statement: declarations, assignments, branches, loops, sub-programmes."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from copy import deepcopy
 from enum import Enum, auto
 from typing import Any
 
@@ -35,19 +36,29 @@ class _Flow(Enum):
 class Executor:
     """Runs a module on a machine; every refusal names its line."""
 
-    def __init__(self, module: Module, machine: Machine, inputs: Collection[int] = ()) -> None:
+    def __init__(
+        self, module: Module, machine: Machine, inputs: Collection[int] = (), kept: Mapping[str, Value] | None = None
+    ) -> None:
         self.module, self.machine, self.inputs = module, machine, frozenset(inputs)
         self.shared = Variables(types=dict(_GLOBAL))
+        self.kept = dict(kept or {})
         self.scopes: list[Variables] = []
         self.done = 0
         self.interrupts = Interrupts(module.routines)
 
     def run(self) -> None:
-        """Carry out the declarations and then the main programme."""
+        """Carry out the declarations and then the main programme.
+
+        A data list keeps what a run leaves in it: ``kept`` are those values, with which the next run begins, and
+        afterwards those that this one has changed.
+        """
         self.scopes = [self.shared]
         for line in self.module.declarations:
             self._carried_out(line)
+        self.shared.values |= self.kept
+        before = deepcopy(self.shared.values)
         self._call(self.module.main)
+        self.kept = {name: value for name, value in self.shared.values.items() if before.get(name) != value}
         self.machine.end()
 
     def _call(self, routine: Routine) -> None:

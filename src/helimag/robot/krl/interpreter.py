@@ -1,7 +1,7 @@
 """Run a KRL programme on paper: where the arm is, and when."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,8 @@ from helimag.robot.arm.cell import Arm, Cell
 from helimag.robot.arm.frames import inverse
 from helimag.robot.krl.executor import Executor
 from helimag.robot.krl.machine import AwaitedInput, Leg, Machine, Switch
-from helimag.robot.krl.routines import module_of
+from helimag.robot.krl.routines import Module, module_of
+from helimag.robot.krl.values import Value
 
 Floats = NDArray[np.float64]
 
@@ -72,11 +73,14 @@ def play(src: str, dat: str, arm: Arm, *, interval: float = math.inf, inputs: Co
         Where the programme uses what helimag does not follow, does not begin with joint angles, or lacks a setting; it
         names the line.
     """
+    module = module_of(src, dat)
     machine = Machine(arm, interval)
-    executor = Executor(module_of(src, dat), machine, inputs)
+    executor = Executor(module, machine, inputs)
     executor.run()
     if machine.joints is None or not machine.flanges:
         raise InputError("the programme has no motion that begins at joint angles (PTP to an E6AXIS)")
+    if executor.kept:
+        _check_again(machine, module, inputs, executor.kept)
     return Playback(
         np.array(machine.times),
         np.array(machine.flanges),
@@ -86,4 +90,30 @@ def play(src: str, dat: str, arm: Arm, *, interval: float = math.inf, inputs: Co
         tuple(machine.awaited),
         executor.interrupts.on_stop,
         machine.begin,
+    )
+
+
+def _check_again(first: Machine, module: Module, inputs: Collection[int], kept: Mapping[str, Value]) -> None:
+    """Refuse a programme whose next run goes elsewhere, by what this one has left in its data list."""
+    again = Machine(first.arm, first.interval)
+    changed = ", ".join(sorted(kept))
+    try:
+        Executor(module, again, inputs, kept).run()
+    except InputError as error:
+        raise InputError(
+            f"the programme changes {changed}, which its data list keeps, and cannot be run twice: {error}"
+        ) from None
+    if not _alike(first, again):
+        raise InputError(
+            f"the programme changes {changed}, which its data list keeps: run a second time, the arm goes elsewhere"
+        )
+
+
+def _alike(one: Machine, other: Machine) -> bool:
+    """Whether two runs move the arm and switch its outputs alike."""
+    if len(one.times) != len(other.times) or len(one.legs) != len(other.legs) or one.switches != other.switches:
+        return False
+    settings = all(a.settings == b.settings for a, b in zip(one.legs, other.legs, strict=True))
+    return settings and bool(
+        np.allclose(one.times, other.times, atol=1e-6) and np.allclose(one.flanges, other.flanges, atol=1e-7)
     )

@@ -54,7 +54,9 @@ class Interrupts:
         routine = self._routines.get(name)
         if routine is None or routine.parameters or routine.function:
             raise InputError(f"{name} is not a routine in this file, so what it does on a stop is not known")
-        return tuple(found for statement in routine.body if (found := _switching(statement)) is not None)
+        switched = [_switching(statement) for statement in routine.body]
+        halts = switched.index(None) if None in switched else len(switched)  # what stands behind a halt comes too late
+        return tuple(found for found in switched[:halts] if found is not None)
 
 
 def _switching(statement: Statement) -> tuple[int, bool] | None:

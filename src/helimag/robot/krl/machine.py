@@ -57,12 +57,14 @@ class Leg:
 
 @dataclass(frozen=True)
 class AwaitedInput:
-    """A digital input that the arm waits for: from when (s), which one, on or off, and after how many motions."""
+    """A digital input that the arm waits for: from when (s), which one, on or off, and after how many motions and
+    switched outputs."""
 
     time: float
     input: int
     on: bool
     motions: int
+    switched: int
 
 
 @dataclass(frozen=True)
@@ -150,7 +152,7 @@ class Machine:
         """Stand still until an input is on or off; how long that takes is not the programme's, and not counted."""
         self.stop()
         self.begin = self.times[-1] if self.times else 0.0
-        self.awaited.append(AwaitedInput(self.begin, number, on, len(self.legs)))
+        self.awaited.append(AwaitedInput(self.begin, number, on, len(self.legs), len(self.switches)))
 
     def switch(self, reference: Reference, value: Value) -> None:
         """Set a digital output; the arm stops for it, since no CONTINUE is honoured."""

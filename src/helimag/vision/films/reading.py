@@ -41,6 +41,7 @@ class Film:
             raise FileError(f"there is no film '{path}'; give a video file or a folder of PNG or TIFF pictures")
         self._pictures = _pictures(self.path) if self.path.is_dir() else []
         self._times = self._listed_times()
+        self.predicted = False  # from one another, with loss, as H.264 does and MJPEG does not
         if self.path.is_dir():
             self._check_folder()
             self.bits = self._check_depth()
@@ -52,16 +53,13 @@ class Film:
                 stream = container.streams.video[0]
                 self.size = (int(stream.codec_context.width), int(stream.codec_context.height))
                 self.announced = int(stream.frames)
+                codec = stream.codec_context.codec
+                self.predicted = bool(codec.lossy and not codec.intra_only)
                 self.start = int(stream.start_time or 0)
                 self.time_base = Fraction(stream.time_base)
                 self.duration_units = int(stream.duration or 0)
             if min(self.size) < 1:
                 raise InputError(f"{self.path} holds no picture")
-
-    @property
-    def lossy(self) -> bool:
-        """Whether pictures are compressed with loss; of a video that is assumed."""
-        return not self._pictures
 
     def _listed_times(self) -> list[float] | None:
         beside = self.path / "times.csv" if self.path.is_dir() else self.path.with_suffix(".times.csv")

@@ -13,6 +13,7 @@ from helimag.vision.films._av import av
 from helimag.vision.films.pictures import Picture
 from helimag.vision.films.times import write_times
 
+TIMESCALE = 90_000  # units of time a second
 DEEP = {10: "yuv420p10le"}  # pixel formats of H.264 by bits
 
 
@@ -66,14 +67,16 @@ class FilmWriter:
             raise InputError(f"a film must be .mp4 (H.264) or .avi (MJPEG); got '{path}'")
         codec, options, pixels = kinds[self.path.suffix]
         try:
-            self.container = av.open(str(self.beside), "w", format=self.path.suffix[1:])
+            # an .mp4 rounds the time of its first frame to the film's own units, which are 1 ms unless told otherwise
+            fine = {"movie_timescale": str(TIMESCALE)} if self.path.suffix == ".mp4" else {}
+            self.container = av.open(str(self.beside), "w", format=self.path.suffix[1:], options=fine)
         except (av.error.FFmpegError, OSError) as error:
             raise FileError(f"{path} cannot be written: {error.strerror}") from None
         self.stream = cast(Any, self.container).add_stream(codec, rate=self.rate, options=options)
         self.stream.width, self.stream.height = size
         self.stream.pix_fmt = pixels
         if self.path.suffix == ".mp4":
-            self.stream.codec_context.time_base = Fraction(1, 90000)
+            self.stream.codec_context.time_base = Fraction(1, TIMESCALE)
 
     def write(self, picture: Picture, time: float) -> None:
         """Append a frame taken at a time (s), which must not be negative: players would leave it out."""
@@ -87,7 +90,7 @@ class FilmWriter:
         else:
             frame = av.VideoFrame.from_ndarray(picture, format="rgb24" if self.colour else "gray")
             if self.path.suffix == ".mp4":
-                frame.pts, frame.time_base = round(time * 90000), Fraction(1, 90000)
+                frame.pts, frame.time_base = round(time * TIMESCALE), Fraction(1, TIMESCALE)
             else:
                 frame.pts, frame.time_base = len(self.times), 1 / self.rate
             self.container.mux(self.stream.encode(frame))

@@ -34,7 +34,7 @@ def photograph(board: Board, camera: Camera, rotation: Floats, place: Floats, ra
     """
     width, height = camera.size
     seen = camera.project(_outline(board) @ rotation.T + place)
-    shade = 190.0 + 12.0 * random.normal() * (np.mgrid[0:height, 0:width][1] / width - 0.5)
+    shade = np.tile(190.0 + 12.0 * random.normal() * (np.arange(width) / width - 0.5), (height, 1))
     picture = shade * 0.45
     low = np.clip(np.floor(seen.min(axis=0)).astype(int) - 2 * GRID, 0, (width - GRID, height - GRID))
     high = np.clip(np.ceil(seen.max(axis=0)).astype(int) + 2 * GRID, GRID, (width, height))
@@ -79,11 +79,12 @@ def _sampled(
     total = np.zeros((high[1] - low[1], high[0] - low[0]))
     fine_x = np.arange(low[0], high[0], dtype=np.float64)
     fine_y = np.arange(low[1], high[1], dtype=np.float64)
-    maps = [RectBivariateSpline(rows, columns, local[..., axis]) for axis in (0, 1)]
+    maps = [np.asarray(RectBivariateSpline(rows, columns, local[..., axis])(fine_y, fine_x)) + edge for axis in (0, 1)]
+    slopes = [np.gradient(values) for values in maps]
     for dy in (-0.25, 0.25):
         for dx in (-0.25, 0.25):
-            u, v = (np.asarray(spline(fine_y + dy, fine_x + dx), np.float32) + edge for spline in maps)
-            total += _look_up(texture, u, v)
+            u, v = (m + dy * down + dx * right for m, (down, right) in zip(maps, slopes, strict=True))
+            total += _look_up(texture, np.asarray(u, np.float32), np.asarray(v, np.float32))
     return np.where(total >= 0.0, total / 4.0, -1.0)
 
 
@@ -141,7 +142,8 @@ def render_session(
         camera = rig.cameras[view] if kind == "oil" else rig.without_refraction().cameras[view]
         where = target / kind / camera.name
         where.mkdir(parents=True, exist_ok=True)
-        if not cv2.imwrite(str(where / name), photograph(board, camera, rotation, place - rotation @ middle, random)):
+        picture = photograph(board, camera, rotation, place - rotation @ middle, random)
+        if not cv2.imwrite(str(where / name), picture, [cv2.IMWRITE_PNG_COMPRESSION, 1]):
             raise FileError(f"{where / name} cannot be written")
         done += 1
         if progress is not None:

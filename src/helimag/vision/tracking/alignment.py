@@ -16,6 +16,8 @@ FURTHEST = 5.0  # clock offset that is looked for (s)
 SYSTEMATIC = 0.03  # px by which a view's detections may be off all along
 LEAST_TURN = 2.0  # rolled over the film (rad) from which the roll tells the time
 LEAST_FRAMES = 8
+LEAST_TURNS = 4  # whose means tell how uncertain the mean of all is
+LEAST_OF_TURN = 4  # frames of one
 LARGEST_SPREAD = 0.5  # of the views' difference in roll (rad), beyond which they do not show the same roll
 CERTAIN = 0.5  # frames: an offset less certain than this is not used
 
@@ -139,10 +141,21 @@ def by_roll(offset: Offset, first: Floats, second: Floats, rolls: tuple[Floats, 
         mean = float(np.angle(np.exp(1j * ahead).mean()))
         spread = float(np.std(_wrapped(ahead - mean)))
         value -= mean / rate
-        sd = float(np.hypot(spread / np.sqrt(inside.sum()), roll_sd)) / abs(rate)
+        sd = float(np.hypot(_mean_sd(_wrapped(ahead - mean), first[inside], rate), roll_sd)) / abs(rate)
     if not (spread < LARGEST_SPREAD and abs(value - offset.value) < period / 2.0 and sd < CERTAIN * step):
         return unknown
     return Offset(value, sd, True)
+
+
+def _mean_sd(ahead: Floats, time: Floats, rate: float) -> float:
+    """Standard deviation of the mean of ``ahead`` (n,), from its means over whole turns: what comes back with every
+    turn cancels in them."""
+    turn = np.floor(abs(rate) * (time - time[0]) / (2.0 * np.pi)).astype(int)
+    counts = np.bincount(turn)
+    means = (np.bincount(turn, ahead) / np.maximum(counts, 1))[counts >= LEAST_OF_TURN]
+    if means.size < LEAST_TURNS:
+        return float(np.std(ahead) / np.sqrt(ahead.size))
+    return float(np.std(means, ddof=1) / np.sqrt(means.size))
 
 
 def _wrapped(angle: Floats) -> Floats:

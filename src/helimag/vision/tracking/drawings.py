@@ -23,16 +23,22 @@ class Errors(NamedTuple):
     """Of the detector in one view (px).
 
     ``terms`` (k, 4) are coefficients of :func:`_terms`, along and across the device, of its middle and of its half
-    length; ``left`` (4,) the standard deviations that they do not explain, of the numbers that are fitted.
-    The device's roll about its axis is ``sense`` times the coil's phase plus ``zero`` (rad), to ``roll_sd``, which is
-    how far the rolls of the drawings are off; all along a film, since they are off by what the coil looks like.
+    length; ``left`` (4,) how well the drawings tell them, as standard deviations of the numbers that are fitted. What
+    the terms do not explain differs from frame to frame, and is counted with the film's own noise.
+    The device's roll about its axis is ``sense`` times the coil's phase plus terms with coefficients ``roll_terms``
+    (k,), to ``roll_sd`` (rad), which is how well the drawings tell the terms.
     """
 
     terms: Floats
     left: Floats
     sense: float
-    zero: float
+    roll_terms: Floats
     roll_sd: float
+
+    def rolls(self, rows: Floats, tilt: Floats) -> Floats:
+        """The device's roll (n,) in rows of detections, at their tilts (n,)."""
+        phase = phases(rows)
+        return np.asarray(self.sense * phase + _terms(phase, tilt) @ self.roll_terms)
 
 
 def axis_frame(axis: Floats) -> Floats:
@@ -91,22 +97,32 @@ def detector_errors(camera: Camera, head: Floats, axis: Floats, shape: Shape, ri
     terms = (1.0 - share) * fits[0] + share * fits[1]
     rest = tables[0][:, 4:] - _terms(tables[0][:, 1], tables[0][:, 3]) @ fits[0]
     ends = np.stack([rest[:, 0] + rest[:, 2], rest[:, 1], rest[:, 0] - rest[:, 2], rest[:, 3]], axis=1)
-    left = np.sqrt(np.sum(ends**2, axis=0) / max(1, rest.shape[0] - terms.shape[0]))
+    left = np.sqrt(np.mean(ends**2, axis=0) * _share_of_terms(rest.shape[0], terms.shape[0]))
     return Errors(terms, left, *_roll(tables, share))
 
 
-def _roll(tables: list[Floats], share: float) -> tuple[float, float, float]:
-    """How the coil's phase tells the roll: sense and zero at the film's blur, and how far a drawn roll is off (rad)."""
-    found = []
+def _share_of_terms(drawings: int, terms: int) -> float:
+    """Variance of fitted values over that of what the fit leaves: both grow with the drawings' scatter."""
+    return terms / max(1, drawings - terms)
+
+
+def _roll(tables: list[Floats], share: float) -> tuple[float, Floats, float]:
+    """How the coil's phase tells the roll: sense and terms at the film's blur, and their standard error (rad)."""
+    coefficients, spreads = [], []
+    phase = tables[0][:, 1]
+    turns = {sense: np.exp(1j * (tables[0][:, 0] - sense * phase)) for sense in (1.0, -1.0)}
+    sense = max(turns, key=lambda each: abs(turns[each].mean()))
+    zero = float(np.angle(turns[sense].mean()))
     for table in tables:
-        turns = {sense: np.exp(1j * (table[:, 0] - sense * table[:, 1])) for sense in (1.0, -1.0)}
-        sense = max(turns, key=lambda each: abs(turns[each].mean()))
-        mean = turns[sense].mean()
-        off = np.angle(turns[sense] * np.conj(mean))
-        found.append((sense, float(np.angle(mean)), float(np.sqrt(np.mean(off**2)))))
-    (sense, zero, spread), (_, other, spread_blurred) = found
-    apart = float(np.angle(np.exp(1j * (other - zero))))
-    return sense, zero + share * apart, max(spread, spread_blurred)
+        terms = _terms(table[:, 1], table[:, 3])
+        off = np.angle(np.exp(1j * (table[:, 0] - sense * table[:, 1] - zero)))
+        fitted = np.linalg.lstsq(terms, off, rcond=None)[0]
+        rest = off - terms @ fitted
+        coefficients.append(fitted)
+        spreads.append(float(np.sqrt(np.mean(rest**2) * _share_of_terms(rest.size, fitted.size))))
+    roll_terms = (1.0 - share) * coefficients[0] + share * coefficients[1]
+    roll_terms[0] += zero
+    return sense, roll_terms, max(spreads)
 
 
 def _drawn(camera: Camera, head: Floats, axis: Floats, roll: float, shape: Shape) -> tuple[Floats, Floats] | None:

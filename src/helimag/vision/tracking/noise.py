@@ -3,13 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.runs.smoothing import sharpened
+from helimag.runs.smoothing import POINTS, sharpened
 from helimag.vision.tracking.detection import HALF, MIDDLE, RISE
 
 Floats = NDArray[np.float64]
 
 EXPECTED = np.array([0.03, 0.01, 0.04, 0.02])  # px, of a usual film: what is assumed before a film tells
 WORTH = 4.0  # samples that the assumption is worth
+ENOUGH = 5  # samples without a gap around from which the others, which a polynomial follows less well, do not count
 LEFT = 0.1  # share of a sample's noise that a fit must leave to tell anything
 
 
@@ -44,6 +45,9 @@ def frame_noise(time: Floats, rows: Floats, interval: float) -> Floats:
             np.sum(half * across, axis=1),
         ]
         told = left > LEFT
+        whole = told & _whole(time[seen], interval)
+        if whole.sum() >= ENOUGH:
+            told = whole
         for number, part in enumerate(parts):
             clean = part[told] ** 2 / left[told]
             # a bubble or a lost corner is not noise: beyond three deviations a sample counts no more
@@ -53,3 +57,13 @@ def frame_noise(time: Floats, rows: Floats, interval: float) -> Floats:
             square[number] += clean.sum()
             count[number] += clean.size
     return np.asarray(np.sqrt(square / count))
+
+
+def _whole(time: Floats, interval: float) -> NDArray[np.bool_]:
+    """Whether all frames are there that a smoothed sample (n,) depends on."""
+    reach = 2 * (POINTS // 2)
+    whole = np.zeros(time.size, dtype=bool)
+    if time.size > 2 * reach:
+        span = time[2 * reach :] - time[: -2 * reach]
+        whole[reach:-reach] = span < (2 * reach + 0.5) * interval
+    return whole

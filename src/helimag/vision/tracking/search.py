@@ -35,11 +35,11 @@ LOST_AFTER = 4  # missed frames after which the whole picture is searched
 
 class Sighting(NamedTuple):
     """One view over time: times (n,), rows of :class:`Detection` (n, 13), NaN where the device was not seen; and
-    whether the film is compressed with loss."""
+    whether the film's frames are predicted from one another with loss."""
 
     time: Floats
     rows: Floats
-    lossy: bool = False
+    predicted: bool = False
 
 
 @dataclass
@@ -192,7 +192,8 @@ def search(
                 "show the same run, that the calibration is theirs, and that the device is darker than its background"
             )
     one, two = (
-        Sighting(np.array(view.times), np.stack(view.rows), film.lossy) for view, film in zip(views, films, strict=True)
+        Sighting(np.array(view.times), np.stack(view.rows), film.predicted)
+        for view, film in zip(views, films, strict=True)
     )
     return one, two
 

@@ -8,16 +8,17 @@ from numpy.typing import NDArray
 from helimag.vision.cameras import Camera
 from helimag.vision.shape import Shape
 from helimag.vision.tracking.detection import RISE, SDS
-from helimag.vision.tracking.drawings import corrected, detector_errors, from_nose, phases, tilts, turned
+from helimag.vision.tracking.drawings import corrected, detector_errors, from_nose, tilts, turned
 from helimag.vision.tracking.noise import frame_noise
 from helimag.vision.tracking.pose import DevicePoses
 from helimag.vision.tracking.search import Sighting
 
 Floats = NDArray[np.float64]
 
-# px by which H.264 moves the head's end, the middle across, the tail's faint end and the half length across all along a
-# film; measured on rendered films at rate factor 20, where pictures without loss are off by 0.005
-LOSSY = np.array([0.02, 0.01, 0.07, 0.01])
+# of the noise that is fresh in every frame, what a film whose frames are predicted from one another adds all along, to
+# the head's end, the middle across, the tail's end and the half length across: what is left out of a frame depends on
+# how the device lies, so it returns with every turn; measured by benchmarks/film_errors.py
+RETURNING = np.array([0.6, 1.3, 1.1, 0.4])
 
 
 class PreparedView(NamedTuple):
@@ -54,14 +55,18 @@ def prepared(
     fresh = frame_noise(sighting.time, rows, interval)
     if errors is None:
         lasting = np.median(rows[slender, SDS], axis=0)
-        roll = None
     else:
-        rows = corrected(rows, errors, tilts(camera, head, axis))
+        tilt = tilts(camera, head, axis)
+        rows = corrected(rows, errors, tilt)
         fresh = frame_noise(sighting.time, rows, interval)
         lasting = errors.left
-        roll = (sighting.time[slender], errors.sense * phases(rows[slender]) + errors.zero, errors.roll_sd)
-    if sighting.lossy:
-        lasting = np.hypot(lasting, LOSSY)
+    if sighting.predicted:
+        lasting = np.hypot(lasting, RETURNING * fresh)
+    roll = None
+    if errors is not None:  # phases count from the nose, whose error turns them all along
+        pitch = float(np.median(np.linalg.norm(forward[slender], axis=1))) / shape.turns
+        roll_sd = float(np.hypot(errors.roll_sd, 2.0 * np.pi / pitch * lasting[0]))
+        roll = (sighting.time[slender], errors.rolls(rows[slender], tilt[slender]), roll_sd)
     rows[slender, SDS] = np.hypot(fresh, lasting)
     return PreparedView(sighting._replace(rows=rows), fresh, lasting, roll)
 

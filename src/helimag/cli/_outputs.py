@@ -1,0 +1,177 @@
+"""What -o means in every command: files whose suffix decides what they hold, looked at before the work begins."""
+
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from helimag.errors import FileError, InputError
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import xarray
+    from matplotlib.figure import Figure
+
+OUTPUT = ("--output", "-o")
+Outputs = Annotated[list[Path] | None, Parameter(name=OUTPUT, negative="", consume_multiple=False)]
+Folder = Annotated[Path, Parameter(name=OUTPUT)]
+
+
+@dataclass(frozen=True)
+class Format:
+    """What a file holds, by its suffix."""
+
+    suffixes: tuple[str, ...]
+    what: str
+
+    def __str__(self) -> str:
+        return f"{', '.join(self.suffixes)} ({self.what})"
+
+    def fits(self, path: Path) -> bool:
+        """Whether a path has one of the suffixes."""
+        return path.suffix.lower() in self.suffixes
+
+
+FIGURE = Format((".png", ".svg", ".pdf"), "a figure")
+PAGE = Format((".html",), "an interactive page")
+FILM = Format((".mp4",), "a film")
+DATA = Format((".nc",), "the data")
+TABLE = Format((".csv",), "a table")
+STORE = Format((".zarr",), "the store")
+SCENARIO = Format((".toml",), "the scenario")
+RIG = Format((".json",), "the rig")
+
+Writer = Callable[[Path], object]
+
+
+def check_outputs(paths: Sequence[Path] | None, *formats: Format) -> None:
+    """Refuse, before any work, what is none of ``formats`` or cannot be written, and figures without matplotlib.
+
+    Raises
+    ------
+    InputError
+        Where a suffix is none of those, or a file is named twice.
+    FileError
+        Where a file could not be written.
+    MissingExtra
+        Where what draws is not installed.
+    """
+    for path in paths or ():
+        if not any(format.fits(path) for format in formats):
+            raise InputError(f"--output must end in {' or '.join(map(str, formats))}; got '{path}'")
+        if STORE.fits(path):
+            check_folder(path)
+        else:
+            check_target(path)
+    if len(set(paths or ())) < len(paths or ()):
+        raise InputError(f"--output names '{_repeated(paths or ())}' twice")
+    if any(FIGURE.fits(path) or FILM.fits(path) or PAGE.fits(path) for path in paths or ()):
+        import helimag.plots  # noqa: F401
+
+
+def _repeated(paths: Iterable[Path]) -> Path:
+    seen: set[Path] = set()
+    return next(path for path in paths if path in seen or seen.add(path))  # type: ignore[func-returns-value]
+
+
+def the_one(paths: Sequence[Path] | None, format: Format) -> Path:
+    """The only path of a format, without which there is nothing to do.
+
+    Raises
+    ------
+    InputError
+        Where there is none, or more than one.
+    """
+    found = [path for path in paths or () if format.fits(path)]
+    if len(found) != 1:
+        got = ", ".join(f"'{path}'" for path in found) or "none"
+        raise InputError(f"--output must name one file that ends in {format}; got {got}")
+    return found[0]
+
+
+def check_target(path: Path) -> None:
+    """Refuse a file that cannot be written.
+
+    Raises
+    ------
+    FileError
+        Where it is a folder, or no file can be made beside it.
+    """
+    if path.is_dir():
+        raise FileError(f"{path} is a directory; name a file in it")
+    _check_parent(path)
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a folder that cannot be made or takes no files.
+
+    Raises
+    ------
+    FileError
+        Where it is a file, the folder that it is to be made in is not there, or no file can be made in it.
+    """
+    if path.is_dir():
+        _check_takes_files(path, path)
+    elif path.exists():
+        raise FileError(f"{path} is a file; name a folder")
+    else:
+        _check_parent(path)
+
+
+def _check_parent(path: Path) -> None:
+    if not path.parent.is_dir():
+        raise FileError(f"{path} cannot be written: there is no folder '{path.parent}'")
+    _check_takes_files(path.parent, path)
+
+
+def _check_takes_files(folder: Path, path: Path) -> None:
+    try:
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror}") from None
+
+
+def write_outputs(paths: Sequence[Path] | None, writers: Mapping[Format, Writer]) -> None:
+    """Write each path with the writer of its format."""
+    for path in paths or ():
+        next(write for format, write in writers.items() if format.fits(path))(path)
+
+
+def drawn(draw: "Callable[[ModuleType], Figure]") -> Writer:
+    """A writer of figures, which draws once with :mod:`helimag.plots`, however many files there are."""
+    made: list[Figure] = []
+
+    def write(path: Path) -> None:
+        from helimag import plots
+
+        if not made:
+            made.append(draw(plots))
+        plots.save(made[0], path)
+
+    return write
+
+
+def stored(dataset: "Callable[[], xarray.Dataset]") -> Writer:
+    """A writer of datasets about orbits."""
+
+    def write(path: Path) -> None:
+        from helimag.orbits import save_dataset
+
+        save_dataset(dataset(), path)
+
+    return write
+
+
+def files_report(paths: Iterable[Path] | None) -> dict[str, Any]:
+    """What was written, for a JSON object."""
+    return {"files": [str(path) for path in paths or ()]}
+
+
+def print_files(paths: Iterable[Path] | None) -> None:
+    """What was written, a line each: the same words in every command."""
+    for path in paths or ():
+        print(f"  written to    {path}")
