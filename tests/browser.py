@@ -46,9 +46,9 @@ def free_port() -> int:
 
 
 @contextmanager
-def served(*options: str, folder: Path | None = None) -> Iterator[str]:
-    """A studio on a free port: its address, as it printed it."""
-    port = free_port()
+def served(*options: str, folder: Path | None = None, port: int | None = None) -> Iterator[str]:
+    """A studio on a free port, or a given one: its address, as it printed it."""
+    port = port or free_port()
     command = [sys.executable, "-m", "helimag", "studio", "--no-browser", "--port", str(port), *options]
     place = None if folder is None else str(folder)
     # NiceGUI behaves otherwise in a process that it takes for a test

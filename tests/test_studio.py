@@ -461,6 +461,29 @@ def test_it_fits_other_screens(chromium, address, width, height, scheme):
     context.close()
 
 
+def test_what_was_set_outlives_the_server(chromium, tmp_path):
+    """The server ends and another begins: the page says so meanwhile, and comes back as it was."""
+    port = browser.free_port()
+    with browser.served(folder=tmp_path, port=port) as address:
+        context = chromium.new_context(viewport={"width": 1280, "height": 800})
+        context.set_default_timeout(PATIENCE)
+        page = context.new_page()
+        page.goto(address)
+        page.wait_for_selector(WHOLE)
+        typed(page, "drive.frequency", "2.4")
+        page.wait_for_function("() => sessionStorage.getItem('helimag-studio')")
+    page.wait_for_function("() => document.querySelector('#popup').getAttribute('aria-hidden') === 'false'")
+    page.evaluate("document.body.dataset.old = 1")
+    with browser.served(folder=tmp_path, port=port):
+        page.wait_for_function("() => !document.body.dataset.old && document.querySelector('[data-stage=AFTERWARDS]')")
+        assert value_of(page, "drive.frequency") == 2.4
+        assert full(page)["gain"] == repr(
+            hm.simulate(hm.load("paper/fig3c").replaced({"drive.frequency": "2.4 Hz"})).gain
+        )
+        page.evaluate("sessionStorage.setItem('helimag-studio', '<script>')")
+        context.close()
+
+
 def test_a_lost_connection_is_said_and_mended(page):
     """And what was set before is still there, whether or not the page had to be built anew."""
     typed(page, "drive.frequency", "2.5")

@@ -20,7 +20,7 @@ from helimag.studio.panels.tour import Side, tour
 from helimag.studio.panels.verdict import verdict
 from helimag.studio.pictures import Shelf, drop_shelf, new_shelf
 from helimag.studio.state import TabState
-from helimag.studio.tab import Tab
+from helimag.studio.tab import Tab, kept_in_browser
 
 TABS = {
     "Charts": "show_chart",
@@ -51,7 +51,15 @@ async def page(setting: Setting, link: str | None) -> None:
     waiting.delete()
     store = app.storage.tab
     problem = None
-    state = TabState.stored(store["state"]) if "state" in store else setting.state
+    state = setting.state
+    if "state" in store:
+        state = TabState.stored(store["state"])
+    elif link is None:
+        try:
+            kept = await kept_in_browser()
+            state = state if kept is None else TabState.of(kept)
+        except HelimagError as error:
+            problem = f"what was set before this server began cannot be set again: {error}"
     if link is not None:
         try:
             linked = TabState.of(scenario_from_link(link))

@@ -10,10 +10,12 @@ from nicegui import ui
 from helimag.errors import HelimagError
 from helimag.scenario import Scenario
 from helimag.studio.answer import Stage
-from helimag.studio.intake import bounded
+from helimag.studio.intake import bounded, link_of, scenario_from_link
 from helimag.studio.live import Live, News
 from helimag.studio.state import TabState
 
+KEPT = "helimag-studio"  # name in the browser's store of a tab
+PATIENCE = 10.0  # s in which a page must say what it kept
 SETTLE = 0.6  # s without another turn after which a change is one that can be undone
 
 
@@ -108,6 +110,7 @@ class Tab:
         self._store()
         if not self._client.is_deleted:
             with self._client.layout:
+                keep_in_browser(self.scenario)
                 for listener in self.scenario_listeners:
                     listener(self.scenario)
 
@@ -135,3 +138,23 @@ class Tab:
             self.latest = news
         for listener in self.news_listeners:
             listener(news)
+
+
+def keep_in_browser(scenario: Scenario) -> None:
+    """Let the browser's tab keep a scenario, for when this server has ended and another answers."""
+    ui.run_javascript(f"sessionStorage.setItem('{KEPT}', '{link_of(scenario)}')")
+
+
+async def kept_in_browser() -> Scenario | None:
+    """What the browser's tab kept, if anything; read as strictly as a link.
+
+    Raises
+    ------
+    InputError
+        Where it is no scenario that a page may ask for.
+    """
+    try:
+        kept = await ui.run_javascript(f"sessionStorage.getItem('{KEPT}')", timeout=PATIENCE)
+    except TimeoutError:
+        return None
+    return scenario_from_link(kept) if isinstance(kept, str) else None
