@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -209,6 +210,9 @@ def test_an_interrupted_sweep_says_how_to_go_on_even_when_quiet(monkeypatch, emp
     plan = 'base = "paper/fig3c"\n[[axis]]\nfield = "drive.pitch"\nvalues = ["8 deg"]\n'
     (empty / "plan.toml").write_text(plan)
     monkeypatch.setattr("helimag.sweeps.sweep", stop)
+    Path("plan.toml").write_text(
+        'base = "paper/fig3c"\n[[axis]]\nfield = "drive.pitch"\nvalues = ["4 deg"]\n', encoding="utf-8"
+    )
     said = run("sweep", "plan.toml", "-o", "s.zarr", "--quiet")
     assert said == (130, "", "helimag: interrupted; run the same command again to go on from what is in s.zarr\n")
 

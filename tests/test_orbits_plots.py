@@ -91,7 +91,7 @@ def test_a_stability_map_without_stable_orbits_says_so_and_has_no_scale(scenario
     paths = ("drive.pitch", "drive.frequency")
     (axes,) = plots.draw_stability(StabilityMap(scenario, paths, values, unstable, unstable, np.zeros((2, 3, 7)))).axes
     assert [text.get_text() for text in axes.texts] == ["no stable orbit in these ranges"]
-    assert axes.get_title() == scenario.title
+    assert axes.get_title().splitlines()[0] == scenario.title
     assert axes.get_xlim() == pytest.approx((4.0, 10.0))
 
 

@@ -258,4 +258,4 @@ def test_without_matplotlib_the_extra_is_named():
         "try:\n    import helimag.plots\nexcept MissingExtra as error:\n    print(error)"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert "pip install helimag[plots]" in said
+    assert 'python -m pip install ".[plots]"' in said

@@ -174,5 +174,5 @@ def test_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     from helimag.errors import MissingExtra
 
     monkeypatch.setitem(sys.modules, "flint", None)
-    with pytest.raises(MissingExtra, match=r"helimag\[proof\]"):
+    with pytest.raises(MissingExtra, match=r'pip install "\.\[proof\]"'):
         balls.flint()

@@ -154,7 +154,7 @@ def test_the_command_with_an_ensemble(place, helimag, swept, monkeypatch):
     status, out, err = helimag("sweep", "plain.toml", *options, "--dry-run", "--json")
     assert (status, err) == (0, "")
     assert json.loads(out)["runs"] == 21
-    status, out, _ = helimag("sweep", "plain.toml", *options, "-o", "c.zarr", "--export", "c.csv", "--json")
+    status, out, _ = helimag("sweep", "plain.toml", *options, "-o", "c.zarr", "-o", "c.csv", "--json")
     assert status == 0
     told = json.loads(out)["ensemble"]
     assert told["draws"] == 6

@@ -86,7 +86,7 @@ SHOWN = (
         "cell",
         "A circle under the arm: the cell, before anything moves",
         "howto/robot-programme.md",
-        ("helimag robot check paper/fig3c --cell wide --set run.duration='180 s' --figure circle.png",),
+        ("helimag robot check paper/fig3c --cell wide --set run.duration='180 s' -o circle.png",),
         "circle-cell.png",
     ),
     Shown(

@@ -1,5 +1,7 @@
 """What can go wrong, by name. Each error is also the builtin that fits it, so either can be caught."""
 
+from typing import Self
+
 
 class HelimagError(Exception):
     """Base of everything helimag raises on purpose."""
@@ -23,3 +25,8 @@ class NotFeasible(RunError):
 
 class MissingExtra(HelimagError, ImportError):
     """An optional dependency that is not installed."""
+
+    @classmethod
+    def of(cls, what: str, package: str, extra: str) -> Self:
+        """The one sentence for all of them: what needs which package, and the extra that brings it, quoted for zsh."""
+        return cls(f'{what} needs {package}: in a checkout of helimag, python -m pip install ".[{extra}]"')

@@ -172,6 +172,8 @@ def simulate(
 
         with progress_bar(f"continuing {chosen.title}") as progress:
             outlook = explain(trajectory, progress=progress)
+        told = trajectory.noted(outlook=str(outlook.future), outlook_reason=outlook.text)
+        write_outputs([path for path in output or [] if DATA.fits(path)], run_writers(told))
     warnings = validity_warnings(trajectory.attributes)
     print_warnings(warnings)
     if common.json:

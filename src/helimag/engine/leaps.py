@@ -43,7 +43,7 @@ class Curve:
 
 
 @wp.func
-def curve_through(memory: Memory, run: int, reference: State, first: int, count: int) -> Curve:
+def curve_through(memory: Memory, run: int, reference: State, miss: Place, first: int, count: int) -> Curve:
     """The polynomial through ``count`` turns from push number ``first`` on."""
     curve = Curve()
     curve.count = count
@@ -52,7 +52,7 @@ def curve_through(memory: Memory, run: int, reference: State, first: int, count:
         slot = slot_of(first + i)
         curve.numbers[i] = memory.numbers[run, slot]
         begin = to_chart(reference, memory.places[run, slot])
-        residual = to_chart(reference, memory.ends[run, slot]) - begin - jacobian * begin
+        residual = to_chart(reference, memory.ends[run, slot]) - begin - jacobian * begin + miss
         for c in range(6):
             curve.residuals[c, i] = residual[c]
     for i in range(count):
@@ -146,8 +146,9 @@ def build_follow(system: System) -> wp.Function:
         memory: Memory,
         run: int,
         leap: Leap,
+        fine: int,
     ):
-        result, shape, roll = turn(body, here, drive, magnets, tail, spin, leap.fine, leap.aim)
+        result, shape, roll = turn(body, here, drive, magnets, tail, spin, fine, leap.aim)
         slot = slot_of(leap.pushes)
         memory.numbers[run, slot] = leap.aim_number
         memory.places[run, slot] = leap.aim

@@ -20,7 +20,7 @@ from helimag.geometry import long_axes
 from helimag.outcomes import End, Reason
 from helimag.runs.heights import Heights
 from helimag.runs.trajectory import Trajectory, versions
-from helimag.scenario import Scenario
+from helimag.scenario import Scenario, drive_inputs, scalar_inputs
 
 Floats = NDArray[np.float64]
 
@@ -138,6 +138,12 @@ def simulate_many(
     return [trajectory_of(history) for history in histories]
 
 
+def _inputs(scenario: Scenario) -> dict[str, str | float]:
+    """The drive in words, and every number of a scenario by its path (SI, radians), for readers that know no TOML."""
+    numbers = {f"input_{given.path.replace('.', '_')}": given.value(scenario) for given in scalar_inputs(scenario)}
+    return {"inputs": drive_inputs(scenario), **numbers}
+
+
 def trajectory_of(history: History, accuracy: Accuracy | None = None) -> Trajectory:
     """A history as a labelled trajectory, with the RPM's pose, the field and the phase lag added.
 
@@ -179,6 +185,7 @@ def trajectory_of(history: History, accuracy: Accuracy | None = None) -> Traject
             "initial_gap": heights.initial_gap,
             "end": str(heights.end),
             **_slowness(heights),
+            **_inputs(scenario),
             "scenario": scenario.to_toml(),
             "scenario_hash": scenario.hash,
             "versions": versions(),

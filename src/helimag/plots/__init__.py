@@ -1,4 +1,4 @@
-"""Figures and films of runs, with matplotlib and PyAV (``pip install helimag[plots]``; films need PyAV)."""
+"""Figures and films of runs, with matplotlib and PyAV (the extra ``plots``)."""
 
 import logging
 
@@ -8,13 +8,14 @@ logging.getLogger("matplotlib").setLevel(logging.ERROR)  # already its import re
 try:
     import matplotlib as _matplotlib
 except ImportError as _error:
-    raise MissingExtra(f"figures need {_error.name}: pip install helimag[plots]") from None
+    raise MissingExtra.of("drawing", str(_error.name), "plots") from None
 _matplotlib.set_loglevel("ERROR")  # its remarks on fonts and caches are no part of a command's output
 
 from helimag.plots._calibration import draw_fit  # noqa: E402
 from helimag.plots._film import animate  # noqa: E402
 from helimag.plots._known import draw_known  # noqa: E402
 from helimag.plots._orbits import draw_branches, draw_stability  # noqa: E402
+from helimag.plots._pages import interactive_sweep, save_html  # noqa: E402
 from helimag.plots._places import draw_orbits  # noqa: E402
 from helimag.plots._portraits import draw_basin, draw_flow  # noqa: E402
 from helimag.plots._run import draw_run  # noqa: E402
@@ -23,7 +24,7 @@ from helimag.plots._side_by_side import Case, draw_side_by_side  # noqa: E402
 from helimag.plots._straight import StraightRun, draw_straight_runs  # noqa: E402
 from helimag.plots.compare import draw_comparison  # noqa: E402
 from helimag.plots.robot import draw_cell, draw_joints, draw_timed, save_plan  # noqa: E402
-from helimag.plots.sweeps import Passes, draw_passes, draw_sweep, interactive_sweep, save_html  # noqa: E402
+from helimag.plots.sweeps import Passes, draw_passes, draw_sweep  # noqa: E402
 
 __all__ = [
     "Case",

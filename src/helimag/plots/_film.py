@@ -114,7 +114,7 @@ def _encode(pictures: Iterable[NDArray[np.uint8]], beside: Path, path: str | Pat
     try:
         import av
     except ImportError:
-        raise MissingExtra("films need av: pip install helimag[plots]") from None
+        raise MissingExtra.of("filming", "av", "plots") from None
     try:
         with av.open(str(beside), "w", format="mp4") as container:
             stream = container.add_stream(

@@ -13,7 +13,7 @@ from helimag.errors import InputError
 from helimag.orbits import BoundaryCurve, Branch, Orbit, StabilityMap
 from helimag.plots._curves import draw_curves
 from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, VERMILLION, styled
-from helimag.scenario import Input
+from helimag.scenario import Input, drive_inputs
 
 Floats = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ def draw_branches(branches: Sequence[Branch]) -> Figure:
     given, scenario = Input(branches[0].path), branches[0].points[0].orbit.scenario
     unit = given.shown(scenario, branches[0].points[0].value)[1]
     with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 70.0 * MM), layout="constrained")
+        figure = Figure(figsize=(FULL_WIDTH, 78.0 * MM), layout="constrained")
         axes = figure.subplots(1, 2)
         for axis, (label, height) in zip(axes, HEIGHTS.items(), strict=True):
             for branch in branches:
@@ -49,6 +49,7 @@ def draw_branches(branches: Sequence[Branch]) -> Figure:
             axis.set_xlabel(_axis_name(given, unit))
             axis.set_ylabel(label)
         axes[1].axhline(0.0, color=GREY, linewidth=0.5)
+        figure.suptitle(f"{scenario.title}\n{drive_inputs(scenario, without=[given.path])}", fontsize=7.5)
         lines, labels = axes[0].get_legend_handles_labels()
         once = dict(zip(labels, lines, strict=True))
         axes[0].legend(once.values(), once.keys())
@@ -113,7 +114,8 @@ def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -
             figure.colorbar(image, ax=axis, label="longest decay time (s)", extend="max")
         else:  # a scale of colours that nothing has would look like a failed drawing
             axis.text(0.5, 0.5, NOWHERE, transform=axis.transAxes, ha="center", va="center")
-        axis.set_title(result.scenario.title)
+        told = drive_inputs(result.scenario, without=result.paths)
+        axis.set_title(f"{result.scenario.title}\n{told}", fontsize=7.5)
         looks = draw_curves(axis, curves, scales=(scales[0][0], scales[1][0]))
         axis.set_xlim(first[0], first[-1])
         axis.set_ylim(second[0], second[-1])

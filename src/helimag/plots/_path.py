@@ -8,12 +8,16 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
+from helimag.geometry import long_axes
+from helimag.plots._limits import draw_limits, limits_met
 from helimag.plots._quantities import Shown
-from helimag.plots._style import BLUE, GREY, PALE, TIME_COLOURS, VERMILLION
+from helimag.plots._style import BLUE, DARK, GREY, ORANGE, PALE, TIME_COLOURS, VERMILLION
 
 Floats = NDArray[np.float64]
 
 FILL = 0.94  # of the axes' height by a box on the screen, which leaves room for its labels
+DEVICES = 3  # drawn along the path
+DEVICE = 0.09  # of the box, their length
 MOST_SEGMENTS = 900  # of the coloured line: enough for the eye, and a vector file stays small
 
 
@@ -36,6 +40,7 @@ def draw_path(axes: Axes3D, run: Shown, *, until: float | None = None) -> Line3D
     """
     low, high = extent(run)
     frame_box(axes, low, high)
+    draw_limits(axes, run, low, high)
     head = run.position[np.isfinite(run.position).all(axis=1)]
     axes.plot(head[:, 0], head[:, 1], low[2], color=PALE, linewidth=0.5, zorder=0)
     if run.magnet is not None:
@@ -65,7 +70,30 @@ def draw_path(axes: Axes3D, run: Shown, *, until: float | None = None) -> Line3D
         zorder=5,
         label="end",
     )
+    _draw_device(axes, run, float((high - low).max()))
     return line
+
+
+def _draw_device(axes: Axes3D, run: Shown, size: float) -> None:
+    """The device at a few places, enlarged: a bar whose dot is the head, so that one sees which end leads."""
+    if run.quaternion is None or run.scenario is None:
+        return
+    whole = np.flatnonzero(np.isfinite(run.position).all(axis=1) & np.isfinite(run.quaternion).all(axis=1))
+    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(run.position[whole], axis=0), axis=1))])
+    wanted = np.linspace(0.0, travelled[-1], DEVICES + 2)[1:-1]
+    places = np.unique(whole[np.searchsorted(travelled, wanted).clip(0, whole.size - 1)])
+    length = DEVICE * size
+    times = max(1, round(length / (1e3 * run.scenario.device.length)))
+    for number, (place, nose) in enumerate(zip(places, long_axes(run.quaternion[places]), strict=True)):
+        head = run.position[place]
+        tail = head - times * 1e3 * run.scenario.device.length * nose
+        label = f"device ({times}\N{MULTIPLICATION SIGN}), dot: head" if number == 0 else None
+        axes.plot(*np.stack([head, tail], axis=1), color=ORANGE, linewidth=1.4, zorder=4)
+        axes.plot(*head[:, None], "o", color=DARK, markersize=2.6, zorder=5)
+        if label is not None:
+            axes.plot(
+                [], [], [], "-o", color=ORANGE, markerfacecolor=DARK, markeredgecolor=DARK, markersize=2.6, label=label
+            )
 
 
 def time_coloured(run: Shown, until: float) -> Line3DCollection:
@@ -90,6 +118,10 @@ def time_coloured(run: Shown, until: float) -> Line3DCollection:
 def extent(run: Shown, *, around_magnet: float = 0.0) -> tuple[Floats, Floats]:
     """Lowest and highest corner (mm) of what the run covers, the magnet's path and as much around it, with a margin."""
     points = run.position
+    for met in limits_met(run):
+        beside = points[np.isfinite(points).all(axis=1)][-1:].copy()
+        beside[:, met.axis] = met.level
+        points = np.concatenate([points, beside])
     if run.magnet is not None:
         points = np.concatenate([points, run.magnet - around_magnet, run.magnet + around_magnet])
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
@@ -102,7 +134,7 @@ def extent(run: Shown, *, around_magnet: float = 0.0) -> tuple[Floats, Floats]:
 def frame_box(axes: Axes3D, low: Floats, high: Floats) -> None:
     """Axes of equal scale with light panes, few ticks, and units."""
     sides = high - low
-    tall = sides[2] > 1.8 * max(sides[:2])
+    tall = sides[2] > 1.3 * max(sides[:2])
     axes.computed_zorder = False  # the path over the magnet's, its ends over both
     axes.patch.set_visible(False)
     axes.set_proj_type("ortho")

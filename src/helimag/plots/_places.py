@@ -38,7 +38,7 @@ def draw_orbits(orbits: Sequence[Orbit]) -> Figure:
     """
     scenario = orbits[0].scenario
     with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 72.0 * MM), layout="constrained")
+        figure = Figure(figsize=(FULL_WIDTH, 80.0 * MM), layout="constrained")
         axes = figure.subplots(1, 3)
         for axis, (i, j) in zip(axes, PLANES, strict=False):
             _draw_places(axis, orbits, i, j)

@@ -30,7 +30,7 @@ from helimag.plots._style import (
     YELLOW,
     styled,
 )
-from helimag.scenario import Scenario
+from helimag.scenario import Scenario, drive_inputs
 
 Floats = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def draw_flow(
     planes = [_plane_of(flow, orbit, i, j) for i, j in PLANES]
     fastest = max(float(np.nanmax(speed, initial=0.0)) for *_, speed in planes)
     with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 72.0 * MM), layout="constrained")
+        figure = Figure(figsize=(FULL_WIDTH, 80.0 * MM), layout="constrained")
         axes = figure.subplots(1, 3)
         for axis, (i, j), (a, b, velocity, speed) in zip(axes, PLANES, planes, strict=True):
             image = axis.pcolormesh(
@@ -87,6 +87,7 @@ def draw_flow(
             _points(axis, fixed_points, flow, orbit, i, j)
         bar = figure.colorbar(image, ax=axes, label="speed of the slow flow (mm/s)", shrink=0.75, pad=0.01)
         bar.ax.set_ylim(0.0, fastest)
+        figure.suptitle(f"{orbit.scenario.title}: slow flow\n{drive_inputs(orbit.scenario)}", fontsize=7.5)
         unsettled = not all(np.isfinite(speed).all() for *_, speed in planes)
         figure.legend(handles=_flow_key(fixed_points, captured, unsettled, axes), loc="outside lower center", ncols=4)
     return figure
@@ -106,7 +107,7 @@ def draw_basin(basin: Basin) -> Figure:
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, colours.N)
     edges = [1e3 * _edges(axis) for axis in basin.axes]
     with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 72.0 * MM), layout="constrained")
+        figure = Figure(figsize=(FULL_WIDTH, 80.0 * MM), layout="constrained")
         axes = figure.subplots(1, 3)
         for axis, (i, j) in zip(axes, PLANES, strict=True):
             k = 3 - i - j
@@ -123,6 +124,11 @@ def draw_basin(basin: Basin) -> Figure:
         handles: list[Any] = [Patch(color=ENDS[BasinEnd.of(name)], label=f"{name} ({tally[name]})") for name in names]
         handles.append(Line2D([], [], marker="*", color="black", linestyle="none", label="orbit"))
         figure.legend(handles=handles + magnet_key(axes), loc="outside lower center", ncols=5)
+        scenario = basin.orbit.scenario
+        judged = f"judged after {basin.duration:.0f} s by the {basin.engine} model, {basin.attitude} attitude"
+        figure.suptitle(
+            f"{scenario.title}: how a run from each cell ends, {judged}\n{drive_inputs(scenario)}", fontsize=7.5
+        )
     return figure
 
 
@@ -231,5 +237,5 @@ def _edges(centres: Floats) -> Floats:
 
 
 def _signed(value: float) -> str:
-    """A number with the typographer's minus, as on the axes."""
-    return f"{value:.1f}".replace("-", "\N{MINUS SIGN}")
+    """A number with the typographer's minus, as on the axes; nothing is not negative."""
+    return f"{round(value, 1) + 0.0:.1f}".replace("-", "\N{MINUS SIGN}")

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
+from helimag.outcomes import End
 from helimag.runs.gain import Judgement
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario, parse
@@ -32,6 +33,8 @@ class Shown:
     slips: Floats | None
     walls: Floats | None
     scenario: Scenario | None
+    quaternion: Floats | None  # (n, 4)
+    end: End | None
     leading_end: str
     leading_cosine: float
     judgement: Judgement | None
@@ -68,6 +71,8 @@ def shown(trajectory: Trajectory) -> Shown:
         gap=values("gap", 1e3),
         attack=attack,
         attack_spread=attack_spread,
+        quaternion=values("quaternion"),
+        end=None if "end" not in data.attrs else End.of(data.attrs["end"]),
         leading_end=trajectory.leading_end,
         leading_cosine=trajectory.leading_cosine,
         lag=values("phase_lag", 180.0 / np.pi),

@@ -68,7 +68,7 @@ def _draw_path(figure: SubFigure, run: Shown) -> None:
         *axes.get_legend_handles_labels(),
         loc="upper left",
         bbox_to_anchor=(0.0, 0.98),
-        ncols=3,
+        ncols=2,
         columnspacing=1.0,
         handletextpad=0.2,
     )

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from helimag.plots._limits import limits_met
 from helimag.plots._quantities import Shown, lag_in_step, slipping_spans, touching_spans
 from helimag.plots._style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 
@@ -16,10 +17,18 @@ def draw_height(axes: Axes, run: Shown) -> None:
     axes.plot(run.time, run.position[:, 2], color=BLUE)
     start = float(run.position[0, 2])
     axes.axhline(start, color=GREY, linewidth=0.6, linestyle=":")
-    _margin_label(axes, start, "start", GREY)
+    levels = [met.level for met in limits_met(run) if met.axis == 2]
+    low, high = float(np.nanmin(run.low)), float(np.nanmax(run.high))
+    room = 0.12 * (max(high, *levels) - min(low, *levels)) if levels else 0.0
+    if all(abs(level - start) > room for level in levels):
+        _margin_label(axes, start, "start", GREY)
     if run.magnet is not None and _fits(float(run.magnet[-1, 2]), np.append(run.position[:, 2], start)):
         axes.plot(run.time, run.magnet[:, 2], color=GREY, linewidth=0.8, linestyle="--")
         _margin_label(axes, float(run.magnet[-1, 2]), "magnet", GREY)
+    for met in limits_met(run):
+        if met.axis == 2:
+            axes.axhline(met.level, color=met.colour, linewidth=1.2)
+            _margin_label(axes, met.level, str(met.limit), met.colour)
     axes.set_ylabel("height z (mm)")
 
 

@@ -19,6 +19,7 @@ PURPLE = "#CC79A7"
 YELLOW = "#F0E442"
 GREY = "#7F7F7F"
 PALE = "#D9D9D9"
+LIGHT = "#CCCCCC"  # of what is undecided: no colour comes near it for any eye
 DARK = "#404040"
 WHITE = "#FFFFFF"
 

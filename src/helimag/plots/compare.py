@@ -6,12 +6,14 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from helimag.plots._style import BLUE, VERMILLION
 from helimag.runs.comparison import Comparison
 from helimag.runs.measurement import NORMAL_95
+from helimag.scenario import drive_inputs, parse
 
 Floats = NDArray[np.float64]
 
-MEASURED, SIMULATED = "#0072B2", "#D55E00"
+MEASURED, SIMULATED = BLUE, VERMILLION
 
 
 def draw_comparison(comparison: Comparison) -> Figure:
@@ -46,12 +48,21 @@ def draw_comparison(comparison: Comparison) -> Figure:
     grid["text"].text(
         0.0, 1.0, _summary(comparison), va="top", fontsize=7, linespacing=1.5, transform=grid["text"].transAxes
     )
+    figure.suptitle(_title(comparison), fontsize=8)
     for panel in grid.values():
         panel.tick_params(labelsize=7)
         panel.xaxis.label.set_fontsize(8)
         panel.yaxis.label.set_fontsize(8)
         panel.spines[["top", "right"]].set_visible(False)
     return figure
+
+
+def _title(comparison: Comparison) -> str:
+    """Both runs by name, and the inputs of the simulated one."""
+    names = [str(run.attributes.get("name", "run")) for run in (comparison.measured, comparison.simulated)]
+    toml = comparison.simulated.scenario_toml
+    inputs = "" if toml is None else f"\n{drive_inputs(parse(toml, 'the simulated run'))}"
+    return f"{names[0]} measured, {names[1]} simulated{inputs}"
 
 
 def _cuts(comparison: Comparison) -> NDArray[np.int64]:

@@ -120,7 +120,7 @@ def draw_cell(plan: ArmPlan) -> Figure:
     """Arm, motor, magnet, boxes and path: the whole cell, and the surroundings of the magnet. Lab frame, mm."""
     with styled():
         figure = Figure(figsize=(FULL_WIDTH, 0.5 * FULL_WIDTH))
-        figure.subplots_adjust(left=0.02, right=0.95, bottom=0.08, top=0.92, wspace=0.1)
+        figure.subplots_adjust(left=0.02, right=0.95, bottom=0.06, top=0.84, wspace=0.1)
         whole = figure.add_subplot(1, 2, 1, projection="3d")
         close = figure.add_subplot(1, 2, 2, projection="3d")
         poses = plan.path.at(plan.times)
@@ -142,6 +142,7 @@ def draw_cell(plan: ArmPlan) -> Figure:
         close.set_box_aspect((1, 1, 1), zoom=0.88)
         whole.set_title("cell; arm at start, middle and end")
         close.set_title("magnet: path and rotation axis")
+        figure.suptitle(f"{plan.scenario.title}, {plan.cell.arm.name}\n{drive_inputs(plan.scenario)}", fontsize=8.0)
     return figure
 
 

@@ -28,7 +28,7 @@ def flint() -> Any:
     try:
         import flint as library
     except ImportError:
-        raise MissingExtra("a proof needs python-flint; install it with pip install 'helimag[proof]'") from None
+        raise MissingExtra.of("a proof", "python-flint", "proof") from None
     return library
 
 

@@ -2,7 +2,7 @@
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,13 +27,29 @@ def write_netcdf(dataset: "xarray.Dataset", path: str | Path) -> None:
         Where the file cannot be written; nothing is left behind.
     """
     import h5netcdf
+    import h5py
     from xarray.backends import H5NetCDFStore
 
     content = io.BytesIO()
     with h5netcdf.File(content, "w") as file:
         dataset.dump_to_store(H5NetCDFStore(file))
+    with h5py.File(content, "r+") as whole:
+        _fix_texts(whole)
+        whole.visititems(lambda _, part: _fix_texts(part))
     with replacing(path) as beside:
         beside.write_bytes(content.getbuffer())
+
+
+def _fix_texts(part: Any) -> None:
+    """Attributes that are text, as strings of fixed length: MATLAB and Octave read no others everywhere."""
+    import h5py
+
+    for name in list(part.attrs):
+        kind = part.attrs.get_id(name)
+        if kind.shape == () and h5py.check_string_dtype(kind.dtype) is not None and kind.dtype == object:
+            text = part.attrs[name].encode() or b"\0"
+            del part.attrs[name]
+            part.attrs.create(name, np.bytes_(text), dtype=h5py.string_dtype("utf-8", len(text)))
 
 
 def read_netcdf(path: str | Path) -> "xarray.Dataset":

@@ -143,14 +143,34 @@ class Trajectory:
         return run
 
     def save(self, path: str | Path) -> None:
-        """Write netCDF that xarray, MATLAB (``ncread``) and any HDF5 reader open.
+        """Write netCDF that xarray, MATLAB (``ncread``), Octave and any HDF5 reader open.
+
+        Gain, verdict and reason go with it as attributes, worked out anew whenever a run is written.
 
         Raises
         ------
         FileError
             Where the file cannot be written; nothing is left behind.
         """
-        write_netcdf(self.dataset, path)
+        write_netcdf(self.dataset.assign_attrs(self._told()), path)
+
+    def noted(self, **attributes: str | float) -> "Trajectory":
+        """The same run with further attributes."""
+        return type(self)(self.dataset.assign_attrs(attributes))
+
+    def _told(self) -> dict[str, str | float]:
+        """The judgement as attributes; nothing of a run that cannot be judged."""
+        try:
+            judgement = self.judgement
+        except InputError:
+            return {}
+        return {
+            "gain": judgement.gain,
+            "output_y": judgement.output,
+            "input_u": judgement.input,
+            "verdict": str(judgement.verdict),
+            "reason": judgement.reason,
+        }
 
     @cached_property
     def judgement(self) -> Judgement:

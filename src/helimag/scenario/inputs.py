@@ -1,7 +1,7 @@
 """Scalar inputs of a scenario: named by a dotted path, read, shown with their unit, changed. The only place for it."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from helimag import quantities as q
@@ -271,13 +271,13 @@ def _instead(found: Leaf, path: str) -> str:
     return f"vary one of {', '.join(below[:MOST_NAMED])}" + (" ..." if len(below) > MOST_NAMED else "")
 
 
-def drive_inputs(scenario: Scenario) -> str:
-    """What the drive does, as a line: frequency, pitch, distance, and how the magnet moves."""
+def drive_inputs(scenario: Scenario, *, without: Collection[str] = ()) -> str:
+    """What the drive does, as a line: frequency, pitch, distance, and how the magnet moves; but for some inputs."""
     drive = scenario.drive
     if drive.path is not None:
         names = ["frequency"]
     else:
         names = ["frequency", "pitch", "distance", "yaw_rate", *(["speed"] if any(drive.velocity) else [])]
-    inputs = [Input(f"drive.{name}") for name in names]
+    inputs = [Input(f"drive.{name}") for name in names if f"drive.{name}" not in without]
     told = [f"{given.name} {given.show(scenario, given.value(scenario))}" for given in inputs]
     return ", ".join([*told, *(["magnet along a path of samples"] if drive.path is not None else [])])

@@ -136,7 +136,7 @@ def engine(scheduler: str | None, threads: int | None = None) -> Iterator[Engine
     try:
         from distributed import Client
     except ImportError:
-        raise MissingExtra("a cluster needs dask.distributed: pip install 'helimag[cluster]'") from None
+        raise MissingExtra.of("a cluster", "distributed", "cluster") from None
     try:
         client = Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -388,4 +388,4 @@ def _needs_zarr() -> None:
     try:
         import zarr  # noqa: F401
     except ImportError:
-        raise MissingExtra("a sweep's store needs zarr: pip install 'helimag[sweeps]'") from None
+        raise MissingExtra.of("a sweep's store", "zarr", "sweeps") from None

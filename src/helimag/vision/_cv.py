@@ -5,7 +5,7 @@ from helimag.errors import MissingExtra
 try:
     import cv2
 except ImportError:
-    raise MissingExtra("tracking needs OpenCV; install it with: pip install 'helimag[vision]'") from None
+    raise MissingExtra.of("tracking", "opencv-python-headless", "vision") from None
 
 cv2.setNumThreads(1)  # pictures are small; two views are two threads already
 

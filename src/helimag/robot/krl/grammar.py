@@ -122,7 +122,7 @@ def _parser() -> "lark.Lark":
     try:
         import lark
     except ImportError:
-        raise MissingExtra("reading KRL needs lark: pip install 'helimag[robot]'") from None
+        raise MissingExtra.of("reading KRL", "lark", "robot") from None
     return lark.Lark(_GRAMMAR, parser="lalr")
 
 

@@ -5,6 +5,6 @@ from helimag.errors import MissingExtra
 try:
     import av
 except ImportError:
-    raise MissingExtra("films need PyAV; install it with: pip install 'helimag[vision]'") from None
+    raise MissingExtra.of("reading films", "av", "vision") from None
 
 __all__ = ["av"]
