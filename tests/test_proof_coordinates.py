@@ -250,6 +250,9 @@ def test_what_is_reached_holds_all_within_the_radii() -> None:
         x, y = np.cos(angle), np.sin(angle)
         assert abs(x * x + x * y - y * y + 3.0 * x * 2.0) <= bound
     assert bound < 8.0
+    with arithmetic():
+        even = float(second_order({(0, 0): exact(1), (0, 1): exact(1), (1, 1): exact(1)}, [range(2)], [1.0]))
+    assert 1.0 <= even <= 1.0 + 1e-12, "half of (x + y)^2, where x^2 + y^2 is one"
 
 
 def test_second_derivatives_that_were_not_asked_for_are_not_zero() -> None:

@@ -18,7 +18,7 @@ from helimag.proof.bending import COUNT, DIVISORS, bent_terms, bent_waves, movin
 from helimag.proof.bounds import straights_of
 from helimag.proof.certificate import Certificate, claims_of, dynamics_of
 from helimag.proof.exact import TOLERATED, Inputs, parts, written
-from helimag.proof.extent import length
+from helimag.proof.extent import WIDER, length
 from helimag.proof.guess import Guess, hill_matrix, linearized, waves_through
 from helimag.proof.motion import Swimming, product
 from helimag.proof.proving import in_floats
@@ -28,8 +28,7 @@ from helimag.proof.waves import Floats, Waves
 from helimag.scenario import Scenario
 
 PATHS = TOLERATED
-SIZES = (1.6, 1.25, 1.0, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1, 0.03)  # of the widths that floats suggest
-WIDER = 40.0  # third derivatives as they are enclosed over all inputs, beside what they are
+SIZES = (1.0, 0.6, 0.4, 0.25, 0.1, 0.03)  # of the widths that floats suggest
 MOST = 24  # harmonics of the leaning
 STEPS = 300
 Progress = Callable[[float], None]
