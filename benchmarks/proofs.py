@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 import helimag as hm
-from helimag.proof import prove, tolerated
+from helimag.proof import named_inputs, prove, tolerated
 
 STABLE, UNSTABLE, SEED = 40, 20, 18
 PRESET = "nose-first/fig3c"
@@ -55,7 +55,7 @@ def named():
             flush=True,
         )
     wide = tolerated(certificates[0])
-    print("inputs within", ", ".join(f"{path} {float(width):.2g}" for path, width in wide.within.items()))
+    print("inputs within", named_inputs(wide), f"(box {1e6 * max(wide.claims.box):.0f} um)")
 
 
 def main(stable_wanted=STABLE, unstable_wanted=UNSTABLE):

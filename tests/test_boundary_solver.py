@@ -53,6 +53,16 @@ def test_stokeslet_over_a_triangle():
     )
 
 
+def test_stokeslet_from_a_place_on_an_edge():
+    """On an edge, on its line, at a corner: the limit beside it, as where a flat head meets the end of the wire."""
+    corners = np.array([[-0.5, -0.3, 0.2], [0.7, -0.3, 0.2], [0.1, 0.9, 0.2]])
+    places = np.array([[0.1, -0.3, 0.2], [0.4, -0.3, 0.2], [0.7, -0.3, 0.2], [1.7, -0.3, 0.2], [-2.0, -0.3, 0.2]])
+    many = np.repeat(corners[None], len(places), axis=0)
+    found = stokeslet_mean(places, many)
+    beside = stokeslet_mean(places + np.array([0.0, 1e-7, 1e-7]), many)
+    np.testing.assert_allclose(found, beside, atol=1e-5 * np.abs(beside).max())
+
+
 def test_ease_hardly_changes_the_resistance(monkeypatch):
     with_it = surface_resistance(capsule())
     monkeypatch.setattr(solve, "EASE", 0.0)

@@ -155,6 +155,9 @@ def test_nothing_is_written_that_was_not_named(words, empty):
     if words in {("vision", "calibrate"), ("vision", "track"), ("vision", "import"), ("orbit", "against")}:
         said = run(*words, *WRITING[words])
         assert said.status == 2
+    elif words == ("plot",):  # draws beside its input, under its name
+        said = run(*words, *WRITING[words])
+        assert said == (2, "", "helimag: there is no file 'run.nc'\n")
     elif words in {("calibrate",), ("sweep",), ("robot", "program"), ("vision", "render")}:
         said = run(*words, *WRITING[words])
         assert said.status == 2
@@ -203,8 +206,9 @@ def stop(*_given, **_named):
     raise KeyboardInterrupt
 
 
-@pytest.mark.usefixtures("empty")
-def test_an_interrupted_sweep_says_how_to_go_on_even_when_quiet(monkeypatch):
+def test_an_interrupted_sweep_says_how_to_go_on_even_when_quiet(monkeypatch, empty):
+    plan = 'base = "paper/fig3c"\n[[axis]]\nfield = "drive.pitch"\nvalues = ["8 deg"]\n'
+    (empty / "plan.toml").write_text(plan)
     monkeypatch.setattr("helimag.sweeps.sweep", stop)
     Path("plan.toml").write_text(
         'base = "paper/fig3c"\n[[axis]]\nfield = "drive.pitch"\nvalues = ["4 deg"]\n', encoding="utf-8"

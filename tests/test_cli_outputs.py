@@ -1,5 +1,7 @@
 """What the shell is taught, what plot refuses, and how presets are shown."""
 
+import json
+
 import helimag as hm
 from command_line import run
 
@@ -41,3 +43,22 @@ def test_a_written_preset_has_no_empty_tables():
     assert "[workspace" not in text
     assert "[drive]" in text
     assert hm.scenario.parse(text).hash == hm.load("paper/fig3c").hash
+
+
+def test_vision_writes_only_what_it_is_told_to(tmp_path, monkeypatch):
+    """Without -o nothing is written; with it the run, and a figure of it."""
+    monkeypatch.chdir(tmp_path)
+    rows = "".join(f"{i / 10},{i},0,{-0.1 * i}\n" for i in range(5))
+    (tmp_path / "track.csv").write_text("time [s],x [mm],y [mm],z [mm]\n" + rows)
+    told = run("vision", "import", "track.csv", "--gap", "102 mm")
+    assert told.status == 0
+    assert "|y|           0.400 mm" in told.out
+    assert [file.name for file in tmp_path.iterdir()] == ["track.csv"]
+    told = run("vision", "import", "track.csv", "--gap", "102 mm", "-o", "m.nc", "-o", "m.png", "--json")
+    assert told.status == 0
+    assert json.loads(told.out)["files"] == ["m.nc", "m.png"]
+    assert (tmp_path / "m.nc").stat().st_size > 0
+    assert (tmp_path / "m.png").stat().st_size > 0
+    told = run("vision", "calibrate", "none.toml", "-o", "rig.nc")
+    assert told.status == 2
+    assert "--output must end in .json (the rig)" in told.err

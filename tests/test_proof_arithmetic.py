@@ -12,7 +12,7 @@ flint = pytest.importorskip("flint")
 from helimag.proof import balls  # noqa: E402
 from helimag.proof.balls import arithmetic, around_zero, exact, largest, lower, root_of_squares, size, upper  # noqa: E402
 from helimag.proof.jets import Jet, variables  # noqa: E402
-from helimag.proof.tube import _over_span  # noqa: E402
+from helimag.proof.series import over_span  # noqa: E402
 from helimag.proof.waves import Waves, basis  # noqa: E402
 
 # exp(-1/3) by its own series, the rest of which is below 1e-60
@@ -85,7 +85,7 @@ def test_random_expressions_hold_the_true_value() -> None:
             widths = [Fraction(random.randint(0, 99), 10 ** random.randint(3, 9)) for _ in range(3)]
             inside = [c + w * Fraction(random.randint(-100, 100), 100) for c, w in zip(centres, widths, strict=True)]
             given = [exact(c) + flint.arb(0, exact(w).abs_upper()) for c, w in zip(centres, widths, strict=True)]
-            x, y, z = variables(given, second=True, one=exact(1))
+            x, y, z = variables(given, order=2, one=exact(1))
             a, b, c = inside
             ball = (x * y - z) * (x * x + 3) - 2 * z
             assert holds(ball.v, (a * b - c) * (a * a + 3) - 2 * c)
@@ -103,7 +103,7 @@ def test_random_roots_hold_the_true_value() -> None:
     for _ in range(2000):
         square = Fraction(random.randint(1, 10**6), random.randint(1, 10**3))
         with arithmetic(53):
-            (x, *_) = variables([exact(square)] * 6, second=True, one=exact(1))
+            (x, *_) = variables([exact(square)] * 6, order=2, one=exact(1))
             root = x.inverse_root()
         with arithmetic(400):
             true = exact(square).rsqrt()
@@ -120,7 +120,7 @@ def test_derivatives_in_floats_match_differences() -> None:
         return function(Jet(a), Jet(b)).v
 
     x, y, step = 1.3, -0.7, 1e-4
-    jet = function(*variables([x, y], second=True))
+    jet = function(*variables([x, y], order=2))
     assert jet.v == pytest.approx(plain(x, y), rel=1e-15)
     assert jet.g[0] == pytest.approx((plain(x + step, y) - plain(x - step, y)) / (2 * step), rel=1e-6)
     mixed = (
@@ -147,7 +147,7 @@ def test_series_enclose_a_wave_over_every_span(spans: int, order: int) -> None:
                 series = matrix * basis(6, at, many)
                 return [flint.arb_mat([[series[i % 2, n] * (1 + i // 2)] for i in range(6)]) for n in range(many)]
 
-            found = _over_span(coefficients(middle, order), coefficients(flint.arb(middle, half), order + 1), half)
+            found = over_span(coefficients(middle, order), coefficients(flint.arb(middle, half), order + 1), half)
             times = np.linspace(k / spans, (k + 1) / spans, 41)
             for i in range(6):
                 values = (1 + i // 2) * waves.values(times)[i % 2]

@@ -26,7 +26,7 @@ from helimag.proof.exact import Inputs, parts, require_provable, written  # noqa
 from helimag.proof.jets import Jet, variables  # noqa: E402
 from helimag.proof.motion import LENGTH, Swimming  # noqa: E402
 from helimag.proof.proving import in_floats  # noqa: E402
-from helimag.proof.tube import Tube  # noqa: E402
+from helimag.proof.tube import Chart, Tube  # noqa: E402
 from helimag.proof.waves import Waves  # noqa: E402
 from helimag.scenario import Input, scalar_inputs  # noqa: E402
 
@@ -163,7 +163,7 @@ def test_derivatives_of_the_rates_match_differences():
     def rates(z, **kind):
         return floats.rates(clock, curve, slope, variables(list(z), **kind))
 
-    exactly = rates(at, second=True)
+    exactly = rates(at, order=2)
     step = 1e-4
     for j in range(6):
         ahead, behind = at.copy(), at.copy()
@@ -250,7 +250,7 @@ def test_inputs_with_a_tolerance_are_variables():
     widths = {"drive.frequency": Fraction(1, 100), "drive.pitch": Fraction(1, 10)}
     with arithmetic():
         middle, over, plain = (
-            Inputs(scenario, widths, view).constants() for view in ("middle", "over", "balls")
+            Inputs(scenario, widths, view, 3).constants() for view in ("middle", "over", "balls")
         )  # fmt: skip
         for f, p in ((1, 1), (-1, 1), (1, -1)):
             corner = Inputs(
@@ -269,6 +269,11 @@ def test_inputs_with_a_tolerance_are_variables():
                 # Taylor: half the second derivatives over the box, times variables of one
                 rest = sum((abs(h).abs_upper() for h in jet.h.values()), exact(0))
                 assert abs(float(true - first.v - change)) <= float(rest) + 1e-15 * abs(float(true))
+                # and with second ones at the middle, a sixth of the third over the box, each triple in all its orders
+                bend = (first.h or {}).get
+                second = (bend((6, 6), 0) + bend((7, 7), 0) + 2 * f * p * bend((6, 7), 0)) / 2
+                rest = sum((abs(t).abs_upper() for t in jet.t.values()), exact(0)) / 2
+                assert abs(float(true - first.v - change - second)) <= float(rest) + 1e-15 * abs(float(true))
 
 
 @pytest.mark.parametrize(
@@ -341,9 +346,10 @@ def clearance_at(scenario, place) -> float:
     state = [*place, 0.5, 0.5, -0.5, 0.5]
     curve = [exact(float(x)) / exact(LENGTH) for x in state[:3]] + [exact(float(x)) for x in state[3:]]
     still = Waves(np.zeros((0, 1)), np.zeros((0, 1)))
-    tube = Tube(still, (0,), (1e-9,), (1e-9,), (-1.0,), (0.0,), (False,), 1, 1, 1, 1)
+    tube = Tube(still, (0,), (1e-9,), (1e-9,), (-1.0,), (0.0,), (False,), 1, 1, 1, 1, 1)
     with arithmetic():
-        span = SimpleNamespace(straight=SimpleNamespace(curve=curve, frame=flint.arb_mat(6, 6)))
+        still_chart = Chart([[exact(0)] * 6 for _ in range(6)], [{}] * 6)
+        span = SimpleNamespace(straight=SimpleNamespace(curve=curve, chart=still_chart))
         return clearance(Inputs(scenario), tube, [span])
 
 

@@ -326,9 +326,7 @@ REFUSED = {
         PATH, PATH + "XP1.Z=XP1.Z+1\n", "changes XP1, which its data list keeps: run a second time, the arm goes"
     ),
     "not twice": (
-        PATH,
-        "XP1.X=XP1.X+0\n" + PATH + "XP1.X=9000\n",
-        r"changes XP1, .* cannot be run twice: .*line 35: the arm cannot",
+        PATH, "XP1.X=XP1.X+0\n" + PATH + "XP1.X=9000\n", r"XP1, .* cannot be run twice: .*line 35: the arm cannot"
     ),
     "another module": ("DEF row1", "DEF row2", ".dat file, line 1: DEFDAT ROW1 does not belong"),
 }  # fmt: skip

@@ -271,6 +271,39 @@ def test_the_map_of_stability_has_its_exact_boundary(quick):
     assert int(quick.get_attribute(by("map"), "data-cells")) >= 81
 
 
+def test_tolerances_say_how_far_they_are_and_stop(quick):
+    quick.click(by("tab-map"))
+    quick.click(by("map-design"))
+    quick.wait_for_function(
+        "() => /errors ... [0-9]+%/.test(document.querySelector('[data-testid=map-status]').innerText)"
+    )
+    quick.click(by("map-stop"))
+    assert quick.inner_text(by("map-status")) == "stopped"
+    typed(quick, "drive.pitch", "12")
+    assert quick.inner_text(by("map-status")) == "stopped"
+    assert quick.get_attribute(by("map"), "data-box") == ""
+
+
+@pytest.mark.nightly
+def test_the_tolerances_are_drawn_and_gone_to(quick):
+    """The box lies on the map, its middle is where the sliders go, and all its corners stay."""
+    quick.click(by("tab-map"))
+    quick.click(by("map-design"))
+    quick.wait_for_function("() => document.querySelector('[data-testid=map]').dataset.box", timeout=900_000)
+    x, y, dx, dy = (float(value) for value in quick.get_attribute(by("map"), "data-box").split())
+    assert "runs with all inputs off stay" in quick.inner_text(by("map-status"))
+    pictured(quick, "studio-tolerances")
+    before = number(quick)
+    quick.click(by("map-go"))
+    settled(quick, before)
+    assert value_of(quick, "drive.frequency") == pytest.approx(x, rel=1e-9)
+    assert value_of(quick, "drive.pitch") == pytest.approx(y, rel=1e-9)
+    for right in (-0.9, 0.9):
+        for up in (-0.9, 0.9):
+            place = {"drive.frequency": f"{x + right * dx} Hz", "drive.pitch": f"{y + up * dy} deg"}
+            assert hm.simulate(QUICK.replaced({**place, "run.duration": "900 s"})).verdict.inside
+
+
 def hdf5_of_nothing():
     content = io.BytesIO()
     with h5py.File(content, "w"):

@@ -10,7 +10,7 @@ from helimag.cli._shared import degrees, leading_words, print_json
 
 if TYPE_CHECKING:
     from helimag.orbits import Branch, Orbit
-    from helimag.proof import Proof
+    from helimag.proof import Certificate, Proof
     from helimag.scenario import Scenario
 
 Warnings = list[dict[str, Any]]
@@ -38,9 +38,14 @@ def orbit_report(orbit: "Orbit") -> dict[str, Any]:
 
 
 def print_orbit(
-    orbit: "Orbit", files: list[Path], warnings: Warnings, json: bool, proof: "Proof | None" = None
+    orbit: "Orbit",
+    files: list[Path],
+    warnings: Warnings,
+    json: bool,
+    proof: "Proof | None" = None,
+    box: "Certificate | None" = None,
 ) -> None:
-    proved = {} if proof is None else {"proof": proof_report(proof)}
+    proved = {} if proof is None else {"proof": proof_report(proof, box)}
     if json:
         print_json(orbit_report(orbit) | proved | {"warnings": warnings} | files_report(files))
         return
@@ -57,6 +62,10 @@ def print_orbit(
         print(f"  place         known to {float(f'{1e9 * orbit.position_error:.1g}'):g} nm in the integration")
     if proof is not None:
         print(f"  {'proved' if proof.proved else 'proof':13} {proof.reason} ({proof.seconds:.0f} s)")
+    if box is not None:
+        from helimag.proof import named_inputs, sentence
+
+        print(f"  {'proved':13} {sentence(box.claims, named_inputs(box))}")
     print_files(files)
 
 

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from helimag.proof import Claims, Proof
+    from helimag.proof import Certificate, Claims, Proof
 
 
 def claims_report(claims: "Claims") -> dict[str, Any]:
@@ -19,16 +19,25 @@ def claims_report(claims: "Claims") -> dict[str, Any]:
         "box_m": max(claims.box),
         "box_half_widths_m": list(claims.box),
         "tube_half_widths_m": list(claims.tube),
-        "basin_m": claims.basin if claims.stability else None,
-        "basin_deg": math.degrees(claims.basin_turned) if claims.stability else None,
+        "basin_m": claims.basin or None if claims.stability else None,
+        "basin_deg": math.degrees(claims.basin_turned) or None if claims.stability else None,
         "clearance_m": claims.clearance,
         "multipliers": [asdict(disc) for disc in claims.multipliers],
         "tube_multipliers": [asdict(disc) for disc in claims.tube_multipliers],
     }
 
 
-def proof_report(proof: "Proof") -> dict[str, Any]:
-    """A proof, or why there is none."""
+def within_report(certificate: "Certificate") -> dict[str, Any]:
+    """The inputs that may be off, in words of the scenario's file; nothing where the decimals hold."""
+    from helimag.proof import named_inputs
+
+    if not certificate.within:
+        return {}
+    return {"within": dict(certificate.within), "within_text": named_inputs(certificate)}
+
+
+def proof_report(proof: "Proof", box: "Certificate | None" = None) -> dict[str, Any]:
+    """A proof, or why there is none; with a box of inputs where one was proved around it."""
     report: dict[str, Any] = {
         "proved": proof.proved,
         "existence": proof.existence,
@@ -38,4 +47,6 @@ def proof_report(proof: "Proof") -> dict[str, Any]:
     }
     if proof.certificate is not None:
         report |= claims_report(proof.certificate.claims) | {"certificate_sha256": proof.certificate.hash}
+    if box is not None:
+        report["tolerance"] = claims_report(box.claims) | within_report(box) | {"certificate_sha256": box.hash}
     return report | {"reason": proof.reason, "seconds": proof.seconds}

@@ -34,6 +34,7 @@ def orbit(
     start: Annotated[str | None, Parameter(name="--from", allow_leading_hyphen=True)] = None,
     stop: Annotated[str | None, Parameter(name="--to", allow_leading_hyphen=True)] = None,
     prove: Annotated[bool, Parameter(negative="")] = False,
+    tolerance: Annotated[bool, Parameter(negative="")] = False,
     certificate: Path | None = None,
     output: Outputs = None,
     common: Common = PLAIN,
@@ -52,14 +53,16 @@ def orbit(
         Highest value.
     prove
         Prove by enclosures that the orbit exists and attracts, for all time: a theorem about the model.
+    tolerance
+        Look for how far frequency, pitch, distance and weight may be off, all at once, and prove that: some minutes.
     certificate
-        Write the certificate of the proof to this file (.json).
+        Write the certificate of the proof to this file (.json); with --tolerance that of the box of inputs.
     output
         Write a figure (.png, .svg, .pdf) or the data (.nc) of what was found to this file. May be repeated.
     """
     _check_options(every, vary, start, stop)
     check_outputs(output, FIGURE, DATA)
-    proofs.check_options(prove, certificate, every or vary is not None)
+    proofs.check_options(prove, certificate, tolerance, every or vary is not None)
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
@@ -80,8 +83,13 @@ def orbit(
             result = orbits.find_orbit(chosen, progress=progress)
         warnings = _warnings(chosen, [])
         print_warnings(warnings)
+        proof = proofs.proved(result, certificate) if prove else None
+        box = None
+        if proof is not None and tolerance:
+            with progress_bar("proving a box of inputs") as progress:
+                box = proofs.tolerated(proof, certificate, progress)
         files = _write_orbits(output, [result] if result.found else [])
-        print_orbit(result, files, warnings, common.json, proofs.proved(result, certificate) if prove else None)
+        print_orbit(result, files, warnings, common.json, proof, box)
         return
     with progress_bar(f"following orbits through {vary}") as progress:
         watch = orbits.Watch(progress)

@@ -9,16 +9,20 @@ from helimag.cli._shared import print_json
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from helimag.orbits import Orbit
     from helimag.proof import Certificate, Proof
     from helimag.runs.trajectory import Trajectory
     from helimag.scenario import Scenario
 
 
-def check_options(prove: bool, certificate: Path | None, many: bool) -> None:
+def check_options(prove: bool, certificate: Path | None, tolerance: bool, many: bool) -> None:
     """Refuse what does not go with a proof, before any work."""
     if prove and many:
         raise InputError("--prove is about the orbit of one scenario: leave out --all and --vary")
+    if tolerance and not prove:
+        raise InputError("--tolerance widens a proof to a box of inputs: add --prove")
     if certificate is not None:
         if not prove:
             raise InputError("--certificate writes the certificate of a proof: add --prove")
@@ -42,6 +46,18 @@ def proved(orbit: "Orbit", certificate: Path | None) -> "Proof":
     if certificate is not None and found.certificate is not None:
         found.certificate.save(certificate)
     return found
+
+
+def tolerated(proof: "Proof", path: Path | None, progress: "Callable[[float], None]") -> "Certificate | None":
+    """The certificate of a box of inputs around a proof, written in its place; None where there is none."""
+    from helimag.proof import tolerated as widened
+
+    if proof.certificate is None or not proof.proved:
+        return None
+    box = widened(proof.certificate, progress=progress)
+    if box is not None and path is not None:
+        box.save(path)
+    return box
 
 
 def checked_for(path: Path, scenario: "Scenario") -> "Certificate":
@@ -68,11 +84,18 @@ def check(certificate: Path, *, common: Common = PLAIN) -> None:
     certificate
         A file that ``helimag orbit ... --prove --certificate`` wrote.
     """
-    from helimag.cli._proof_reports import claims_report
-    from helimag.proof import check_file, sentence
+    from helimag.cli._proof_reports import claims_report, within_report
+    from helimag.proof import check_file, named_inputs, sentence
 
     found = check_file(certificate)
     if common.json:
-        print_json({"scenario": found.scenario.name, "sha256": found.hash, **claims_report(found.claims)})
+        print_json(
+            {
+                "scenario": found.scenario.name,
+                "sha256": found.hash,
+                **claims_report(found.claims),
+                **within_report(found),
+            }
+        )
         return
-    print(f"{certificate}: holds; {found.scenario.name}: {sentence(found.claims)}")
+    print(f"{certificate}: holds; {found.scenario.name}: {sentence(found.claims, named_inputs(found))}")

@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Parameter
 
 from helimag.cli._common import PLAIN, Common
-from helimag.cli._outputs import check_folder, check_target, files_report, print_files
+from helimag.cli._outputs import (
+    DATA,
+    FIGURE,
+    RIG,
+    Folder,
+    Outputs,
+    check_folder,
+    check_outputs,
+    check_target,
+    files_report,
+    print_files,
+    write_outputs,
+)
 from helimag.cli._shared import print_json, progress_bar
 from helimag.errors import InputError
 
@@ -14,7 +26,6 @@ if TYPE_CHECKING:
     from helimag.runs.trajectory import Trajectory
 
 app = App(name="vision", help="Two cameras: render synthetic films, calibrate, track, import tracks.")
-Folder = Annotated[Path, Parameter(name=["--output", "-o"])]
 
 
 @app.command
@@ -101,7 +112,7 @@ def render(
 def calibrate(
     session: Path,
     *,
-    output: Folder = Path("rig.json"),
+    output: Outputs = None,
     ignore_refraction: Annotated[bool, Parameter(negative="")] = False,
     common: Common = PLAIN,
 ) -> None:
@@ -112,7 +123,7 @@ def calibrate(
     session
         calibration.toml: board, tank, datum and folders of pictures.
     output
-        Calibrated rig to write (JSON).
+        Calibrated rig to write (.json). Without it, only report.
     ignore_refraction
         Take light to go straight. For comparison only.
     """
@@ -120,15 +131,15 @@ def calibrate(
 
     from helimag import vision
 
-    check_target(output)
+    check_outputs(output, RIG)
     with progress_bar("calibrating") as progress:
         result = vision.calibrate(vision.Session.load(session), refraction=not ignore_refraction, progress=progress)
-    result.rig.save(output)
+    write_outputs(output, {RIG: result.rig.save})
     if common.json:
-        print_json({**result.report, "warnings": result.warnings})
+        print_json({**result.report, "warnings": result.warnings} | files_report(output))
         return
     _print_calibration(result.report)
-    print_files([output])
+    print_files(output)
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
 
@@ -158,7 +169,7 @@ def track(
     rig: Path,
     gap: str | None = None,
     scenario: str | None = None,
-    output: Folder = Path("measured.nc"),
+    output: Outputs = None,
     rate: float | None = None,
     clock_offset: str | None = None,
     review: Path | None = None,
@@ -179,7 +190,7 @@ def track(
     scenario
         Preset or TOML file of the run; gives the gap and the device's shape.
     output
-        Trajectory file to write.
+        Trajectory (.nc) or figure (.png, .svg, .pdf) to write. May be repeated. Without it, only judge.
     rate
         Frames a second, where the films do not say.
     clock_offset
@@ -190,9 +201,9 @@ def track(
     from helimag import quantities as q
     from helimag import vision
 
-    for target in (output, review):
-        if target is not None:
-            check_target(target)
+    check_outputs(output, DATA, FIGURE)
+    if review is not None:
+        check_target(review)
     gap_length, shape, toml = _known(gap, scenario)
     calibrated = vision.Rig.load(rig)
     with progress_bar("tracking") as progress:
@@ -205,18 +216,18 @@ def track(
             clock_offset=None if clock_offset is None else q.parse(clock_offset, q.TIME),
             rate=rate,
             scenario=toml,
-            name=output.stem,
+            name=output[0].stem if output else f"{first.stem} and {second.stem}",
             progress=progress,
         )
-    run.save(output)
+    _write(run, output)
     if review is not None:
         with progress_bar("drawing the clip") as progress:
             vision.review(run, first, second, calibrated, review, shape=shape, rate=rate, progress=progress)
-    _tell(run, output, common.json)
+    _tell(run, output, common.json, [] if review is None else [review])
 
 
 @app.command(name="import")
-def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), common: Common = PLAIN) -> None:
+def import_(track: Path, *, gap: str, output: Outputs = None, common: Common = PLAIN) -> None:
     """Make a trajectory of a track from another tool, and judge it.
 
     Parameters
@@ -227,14 +238,14 @@ def import_(track: Path, *, gap: str, output: Folder = Path("measured.nc"), comm
     gap
         Height of the magnet above the device at the start, such as "102 mm".
     output
-        Trajectory file to write.
+        Trajectory (.nc) or figure (.png, .svg, .pdf) to write. May be repeated. Without it, only judge.
     """
     from helimag import quantities as q
     from helimag.runs.imported import import_track
 
-    check_target(output)
+    check_outputs(output, DATA, FIGURE)
     run = import_track(track, initial_gap=q.parse(gap, q.LENGTH))
-    run.save(output)
+    _write(run, output)
     if not common.json:
         print(run.dataset.attrs["source"])
     _tell(run, output, common.json)
@@ -257,17 +268,24 @@ def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | Non
     return length, Shape.of(known.device), known.to_toml()
 
 
-def _tell(run: "Trajectory", output: Path, json: bool) -> None:
+def _write(run: "Trajectory", output: list[Path] | None) -> None:
+    from helimag.cli.runs import run_writers
+
+    write_outputs(output, run_writers(run))
+
+
+def _tell(run: "Trajectory", output: list[Path] | None, json: bool, beside: list[Path] | None = None) -> None:
     import sys
 
     from helimag.runs.measurement import report
 
     numbers = report(run)
+    written = [*(output or ()), *(beside or ())]
     if json:
-        print_json(numbers)
+        print_json(numbers | files_report(written))
         return
     low, high = (1e3 * bound for bound in numbers["output_y_95_m"])
-    print(f"{output.stem}: {numbers['verdict']}, {numbers['reason']}")
+    print(f"{run.dataset.attrs['name']}: {numbers['verdict']}, {numbers['reason']}")
     print(f"  gain          {numbers['gain']:.4f}, 95 % {numbers['gain_95'][0]:.4f} to {numbers['gain_95'][1]:.4f}")
     print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, 95 % {low:.3f} to {high:.3f} mm")
     if "attack_angle_deg" in numbers:
@@ -279,6 +297,6 @@ def _tell(run: "Trajectory", output: Path, json: bool) -> None:
     print(f"  samples       {numbers['samples']}, {len(numbers['gaps'])} gaps, {lost:.2f} s together")
     for begin, until, reason in [gap for gap in numbers["gaps"] if gap[1] - gap[0] > 0.5][:8]:
         print(f"    gap         {begin:.2f} s to {until:.2f} s: {reason}")
-    print_files([output])
+    print_files(written)
     for warning in numbers["warnings"]:
         print(f"warning: {warning}", file=sys.stderr)

@@ -18,9 +18,9 @@ from helimag.engine.methods import DOP853, Method
 from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
 from helimag.engine.progress import Progress
 from helimag.engine.samples import Record, Schedule, pack_schedules, sample_times
-from helimag.engine.structures import structs
+from helimag.engine.structures import reader, structs
 from helimag.engine.system import System
-from helimag.engine.turn_memory import pack_memory, remembered
+from helimag.engine.turn_memory import memory_reader, pack_memory
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer
 from helimag.physics.magnetics import FieldSource
@@ -111,15 +111,18 @@ class Batch:
             *(wp.array(values, dtype=kind, device=settings.device) for values, kind in inputs),
         ]
         self._progress = wp.array(progress, dtype=Progress, device=settings.device)
+        self._read_progress = reader(self._progress)
         self._times = [sample_times(scenario) for scenario in scenarios]
         most = max(times.size for times in self._times)
         self._records = wp.zeros((len(scenarios), most), dtype=Record, device=settings.device)
+        self._read_records = reader(self._records)
         for run, known in enumerate(records):
             if known.size:
                 self._records[run, : known.size].assign(known)
         kept = memories or [{}] * len(scenarios)
         self._leaps = settings.method.leaps
         self._memory = pack_memory(kept if self._leaps else (), settings.device)
+        self._remembered = memory_reader(self._memory)
         self._memories = list(kept)  # as of the last launch, likewise
         self._stand = progress.copy()  # as of the last launch; replaced as a whole, so that other threads may read it
 
@@ -140,13 +143,13 @@ class Batch:
         inputs = [*self._inputs, budget, self._progress, self._records, self._memory]
         wp.launch(self._kernel, dim=len(self.scenarios), inputs=inputs, device=self._device)
         if self._leaps:
-            self._memories = [remembered(self._memory, run) for run in range(len(self.scenarios))]
-        self._stand = self._progress.numpy().copy()
+            self._memories = self._remembered()
+        self._stand = self._read_progress().copy()
         return time.perf_counter() - begun
 
     def histories(self) -> list[History]:
         """What has been recorded so far; may be called while another thread advances the runs."""
-        stand, records = self._stand, self._records.numpy()
+        stand, records = self._stand, self._read_records()
         share = (time.perf_counter() - self._begun) / len(self.scenarios)
         return [self._history(run, stand[run], records[run], share) for run in range(len(self.scenarios))]
 

@@ -34,7 +34,7 @@ from helimag.physics.kinematics import ArmMotion, State, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
 IN_STEP = wp.constant(wp.float64(-0.5))  # least cosine of the phase lag for leaps
-SHARE = wp.constant(wp.float64(1.0))  # of the tolerance, for a leap's error; benchmarks/leaps.py
+SHARE = wp.constant(wp.float64(0.3))  # of the tolerance, for a leap's error; benchmarks/random_runs.py
 SAFETY = wp.constant(wp.float64(0.85))
 GROWTH = wp.constant(wp.float64(1.5))
 SHRINK = wp.constant(wp.float64(0.2))
@@ -76,6 +76,7 @@ def given_up(p: Progress, turns: wp.float64, period: wp.float64) -> Progress:
     """Leaping ended for now, not to be tried for some turns."""
     after = p
     after.leap.stage = BEGINNING
+    after.leap.fine = 0
     after.leap.ready = p.time + turns * period
     return after
 
@@ -121,13 +122,17 @@ def way_of(
     way.end = begin
     way.room = ONE
     top = top_of(curve)
+    look = 0  # no turn goes farther than a third of what is to be kept: where there is room, some need no look
     for j in range(turns):
         at = number + wp.float64(j)
         way.end = next_turn(jacobian, curve, weights_at(curve, at), way.end)
         way.error = doubted(jacobian, curve, top, at, way.error)
-        t = origin + (at + ONE) * period
-        least, kind = clearance(bounds, magnets, rpm_pose(drive, t), to_lab(drive, t, from_chart(reference, way.end)))
-        way.room = wp.min(way.room, least - keep)
+        if j >= look:
+            t = origin + (at + ONE) * period
+            state = to_lab(drive, t, from_chart(reference, way.end))
+            least, kind = clearance(bounds, magnets, rpm_pose(drive, t), state)
+            way.room = wp.min(way.room, least - keep)
+            look = j + 1 + int(wp.clamp((least - keep) / keep, ZERO, wp.float64(MOST_TURNS)))
     return way
 
 
@@ -150,7 +155,8 @@ def column_aimed(control: Control, memory: Memory, run: int, before: Progress) -
     """A turn to be followed beside the last one, for a column of the Jacobian."""
     p = before
     beside = to_chart(p.leap.reference, memory.places[run, slot_of(p.leap.pushes - 1)])
-    beside[p.leap.column] += difference(control, p.leap.column)
+    if p.leap.column < 6:
+        beside[p.leap.column] += difference(control, p.leap.column)
     p.leap.aim = from_chart(p.leap.reference, beside)
     return p
 
@@ -167,7 +173,7 @@ def guessed(schedule: Schedule, memory: Memory, run: int, period: wp.float64, be
     else:
         known = wp.min(p.leap.known, ORDER)
         reference = p.leap.reference
-        curve = curve_through(memory, run, reference, p.leap.pushes - known, known)
+        curve = curve_through(memory, run, reference, p.leap.miss, p.leap.pushes - known, known)
         y = to_chart(reference, memory.places[run, slot_of(p.leap.pushes - 1)])
         p.leap.turns_aimed = turns
         p.leap.aim_number = p.leap.number + wp.float64(turns)
@@ -195,17 +201,19 @@ def column_followed(turn: Turn, control: Control, memory: Memory, run: int, befo
     """Progress after a turn for the Jacobian."""
     p = before
     now = slot_of(p.leap.pushes - 1)
-    end = to_chart(p.leap.reference, memory.ends[run, now])
-    slope = (to_chart(p.leap.reference, turn.end) - end) / difference(control, p.leap.column)
-    jacobian = memory.jacobians[run]
-    for i in range(6):
-        jacobian[i, p.leap.column] = slope[i]
-    jacobian[p.leap.column, p.leap.column] -= ONE
-    memory.jacobians[run] = jacobian
-    p.leap.column += 1
+    change = to_chart(p.leap.reference, turn.end) - to_chart(p.leap.reference, memory.ends[run, now])
     if p.leap.column == 6:
+        p.leap.miss = change
         p.leap.stage = GUESSING
         p.leap.age = 0
+    else:
+        slope = change / difference(control, p.leap.column)
+        jacobian = memory.jacobians[run]
+        for i in range(6):
+            jacobian[i, p.leap.column] = slope[i]
+        jacobian[p.leap.column, p.leap.column] -= ONE
+        memory.jacobians[run] = jacobian
+        p.leap.column += 1
     return p
 
 
@@ -226,7 +234,7 @@ def guess_followed(
     known = wp.min(p.leap.known, ORDER)
     turns = p.leap.turns_aimed
     reference = p.leap.reference
-    curve = curve_through(memory, run, reference, p.leap.pushes - known, known + 1)
+    curve = curve_through(memory, run, reference, p.leap.miss, p.leap.pushes - known, known + 1)
     begin = memory.places[run, slot_of(p.leap.pushes - 1)]
     keep = wp.max(ROOM * (turn.reach + period * drift(drive, begin, bounds.tail)), LEAST_ROOM)
     way = way_of(
@@ -243,7 +251,8 @@ def guess_followed(
         reference,
         to_chart(reference, begin),
     )
-    p.leap.error = largest(way.error, control) / (SHARE * control.tolerance)
+    few = wp.float64(known + 1) / wp.float64(ORDER + 1)
+    p.leap.error = largest(way.error, control) / (SHARE * few * few * control.tolerance)
     near = p.leap.error <= ONE or turns == 1  # one turn was followed from where it begins
     if near and turn.cosine > IN_STEP and way.room > ZERO:
         p.leap.stage = CORRECTING
@@ -279,7 +288,7 @@ def build_leapt(system: System) -> wp.Function:
         known = wp.min(before.leap.known, ORDER)
         first = before.leap.pushes - known
         y = memory.places[run, slot_of(before.leap.pushes - 1)]
-        curve = curve_through(memory, run, before.leap.reference, first, known + 1)
+        curve = curve_through(memory, run, before.leap.reference, before.leap.miss, first, known + 1)
         p = filled(body, here, drive, magnets, schedule, memory, run, first, curve, y, before, records)
         p.leap.number = p.leap.aim_number
         p.leap.pushes += 1
@@ -347,12 +356,20 @@ def build_tried(system: System) -> wp.Function:
             if p.leap.stage == BEGINNING:
                 return p
         least = int(wp.ceil(wp.pow(FINE_TOLERANCE / control.tolerance, EIGHTH)))
-        p.leap.fine = steps_between_nodes(body, drive, magnets, bounds.contact, least, p.leap.aim)
-        if p.leap.fine > FINEST:
+        needed = steps_between_nodes(body, drive, magnets, bounds.contact, least, p.leap.aim)
+        if needed > FINEST:
             return given_up(p, LONG_RETRY, period)
+        if p.leap.stage != BEGINNING and needed > p.leap.fine:
+            p = given_up(p, ZERO, period)  # to begin again with finer steps
+            p.leap.fine = needed
+            return p
+        p.leap.fine = wp.max(p.leap.fine, needed)
+        fine = p.leap.fine
+        if p.leap.stage == COLUMNS and p.leap.column == 6:
+            fine *= 2
         angle = drive.spin_rate * p.leap.origin
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, memory, run, p.leap)
+        turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
         p.leap.followed += wp.int64(1)
         if p.leap.stage == BEGINNING:
             p = first_followed(turn, roll, period, p)

@@ -29,7 +29,7 @@ DIFFERENCE = wp.constant(wp.float64(1e-5))  # rad, and share of the length: step
 ONE = wp.constant(wp.float64(1.0))
 ZERO = wp.constant(wp.float64(0.0))
 
-Residuals = wp.types.matrix(shape=(SLOTS, 6), dtype=wp.float64)
+Residuals = wp.types.matrix(shape=(6, SLOTS), dtype=wp.float64)
 
 
 @wp.struct
@@ -39,11 +39,11 @@ class Curve:
     count: wp.int32
     numbers: Weights
     divisors: Weights  # inverse product of the distances to all others
-    residuals: Residuals
+    residuals: Residuals  # one column a turn; zero, as the divisors, where there is none
 
 
 @wp.func
-def curve_through(memory: Memory, run: int, reference: State, first: int, count: int) -> Curve:
+def curve_through(memory: Memory, run: int, reference: State, miss: Place, first: int, count: int) -> Curve:
     """The polynomial through ``count`` turns from push number ``first`` on."""
     curve = Curve()
     curve.count = count
@@ -52,9 +52,9 @@ def curve_through(memory: Memory, run: int, reference: State, first: int, count:
         slot = slot_of(first + i)
         curve.numbers[i] = memory.numbers[run, slot]
         begin = to_chart(reference, memory.places[run, slot])
-        residual = to_chart(reference, memory.ends[run, slot]) - begin - jacobian * begin
+        residual = to_chart(reference, memory.ends[run, slot]) - begin - jacobian * begin + miss
         for c in range(6):
-            curve.residuals[i, c] = residual[c]
+            curve.residuals[c, i] = residual[c]
     for i in range(count):
         product = ONE
         for other in range(count):
@@ -81,18 +81,9 @@ def weights_at(curve: Curve, number: wp.float64) -> Weights:
 
 
 @wp.func
-def residual_at(curve: Curve, weights: Weights) -> Place:
-    """The polynomial's value."""
-    total = Place()
-    for i in range(curve.count):
-        total += weights[i] * curve.residuals[i]
-    return total
-
-
-@wp.func
 def next_turn(jacobian: Square, curve: Curve, weights: Weights, y: Place) -> Place:
     """Where the cheap map takes ``y`` in one turn."""
-    return y + jacobian * y + residual_at(curve, weights)
+    return y + jacobian * y + curve.residuals * weights
 
 
 @wp.func
@@ -107,10 +98,7 @@ def ahead(jacobian: Square, curve: Curve, number: wp.float64, turns: int, y: Pla
 @wp.func
 def top_of(curve: Curve) -> Place:
     """The curve's highest divided difference: what its oldest turn adds, but for a product of distances."""
-    top = Place()
-    for i in range(curve.count):
-        top += curve.divisors[i] * curve.residuals[i]
-    return top
+    return curve.residuals * curve.divisors
 
 
 @wp.func
@@ -158,8 +146,9 @@ def build_follow(system: System) -> wp.Function:
         memory: Memory,
         run: int,
         leap: Leap,
+        fine: int,
     ):
-        result, shape, roll = turn(body, here, drive, magnets, tail, spin, leap.fine, leap.aim)
+        result, shape, roll = turn(body, here, drive, magnets, tail, spin, fine, leap.aim)
         slot = slot_of(leap.pushes)
         memory.numbers[run, slot] = leap.aim_number
         memory.places[run, slot] = leap.aim

@@ -4,6 +4,7 @@ Each run advances on its own clock. A launch lets it try so many steps and leave
 go on, so that the host can report, be interrupted and continue; what comes out does not depend on where launches end.
 """
 
+from dataclasses import replace
 from functools import cache
 
 import warp as wp
@@ -125,9 +126,11 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
 
     Steps are noted in place: a function of the whole progress would copy it at each, some percent of a run's time.
     """
+    if method.leaps and not leaps_hold(system):
+        return build_advance(system, replace(method, leaps=False))
     drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)
-    leaping, touched = method.leaps and leaps_hold(system), system.medium.touched
+    leaping, touched = method.leaps, system.medium.touched
     tried, touching = build_tried(system) if leaping else None, touched is not None
 
     @wp.kernel(enable_backward=False, module="unique")

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from helimag.engine.charts import Place
 from helimag.engine.samples import Statistics
 from helimag.engine.synchrony import Synchrony
 from helimag.engine.touches import Touches
@@ -14,14 +15,15 @@ class Leap:
 
     ready: wp.float64  # s: before this no leap is tried
     stage: wp.int32  # what the next turn is followed for
-    column: wp.int32  # of the Jacobian, where it is for that
+    column: wp.int32  # of the Jacobian, where it is for that; and one more, for ``miss``
     origin: wp.float64  # s: turns are counted from here
     number: wp.float64  # of the turn that comes next
     roll: wp.float64  # which way the body rolls with the magnet, 1 or -1
     stride: wp.int32  # turns to try next
     turns_aimed: wp.int32  # turns of the leap that is tried
     aim_number: wp.float64  # number of the turn to be followed
-    fine: wp.int32  # steps between two nodes of it
+    fine: wp.int32  # steps between two nodes of it; the same for all turns that a polynomial goes through
+    miss: Place  # what twice as many steps change at the end of a turn
     aim: State  # where that begins, moving frame
     reference: State  # whose attitude the chart is about, see ``charts``
     error: wp.float64  # of the leap that is tried, in units of its tolerance

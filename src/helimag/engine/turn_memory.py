@@ -6,13 +6,14 @@ nodes. Heights between nodes are those of the trigonometric polynomial through t
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from helimag.engine.structures import reader
 from helimag.engine.turns import NODES, Nodes, Shape, rolled
 from helimag.physics.kinematics import State, attack_angle, normalized
 
@@ -71,10 +72,16 @@ def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: st
     return memory
 
 
-def remembered(memory: Any, run: int) -> dict[str, NDArray[np.float64]]:
-    """What one run remembers."""
+def memory_reader(memory: Any) -> Callable[[], list[dict[str, NDArray[np.float64]]]]:
+    """What gives what each run remembers at the time it is called."""
     names = ("numbers", "places", "ends", "heights", "attacks", "nodes", "jacobians")
-    return {name: getattr(memory, name)[run : run + 1].numpy()[0].copy() for name in names}
+    readers = {name: reader(getattr(memory, name)) for name in names}
+
+    def remembered() -> list[dict[str, NDArray[np.float64]]]:
+        values = {name: read() for name, read in readers.items()}
+        return [{name: value[run].copy() for name, value in values.items()} for run in range(memory.jacobians.shape[0])]
+
+    return remembered
 
 
 @wp.func

@@ -3,7 +3,7 @@
 from helimag.proof.carrying import certificate_of, line, require_covered, require_proof_of, with_certificate
 from helimag.proof.certificate import Certificate, Claims, certificate_in, check, check_file, read_certificate
 from helimag.proof.exact import require_provable
-from helimag.proof.proving import Proof, prove, sentence
+from helimag.proof.proving import Proof, named_inputs, prove, sentence
 from helimag.proof.theorem import Disc
 from helimag.proof.tolerance import tolerated
 
@@ -17,6 +17,7 @@ __all__ = [
     "check",
     "check_file",
     "line",
+    "named_inputs",
     "prove",
     "read_certificate",
     "require_covered",

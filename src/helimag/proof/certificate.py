@@ -8,42 +8,43 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from helimag.errors import InputError
 from helimag.files import replacing, text_of
 from helimag.hydrodynamics import resistance
-from helimag.proof.balls import PRECISION, arithmetic, exact, largest, lower, root_of_squares, size, upper
+from helimag.proof.balls import (
+    PRECISION,
+    arithmetic,
+    around_zero,
+    exact,
+    flint,
+    largest,
+    lower,
+    root_of_squares,
+    size,
+    upper,
+)
+from helimag.proof.bounds import Straight, spans_of, straights_of
 from helimag.proof.clearance import clearance
 from helimag.proof.exact import TOLERATED, WIRE_MODELS, Inputs
+from helimag.proof.field import Views, lean_series, views_of
 from helimag.proof.motion import LENGTH, TURN_PER_LENGTH, Swimming
 from helimag.proof.theorem import Disc, enters, theorem_of
-from helimag.proof.tube import (
-    NO_LEAN,
-    N,
-    Straight,
-    Tube,
-    Views,
-    deviations,
-    frame_at,
-    leans,
-    spans_of,
-    straights_of,
-    views_of,
-)
+from helimag.proof.tube import NONE, Chart, N, Tube, chart_at, pairs, reached, second_order, side_of
 from helimag.proof.waves import Waves, basis
 from helimag.scenario import Input, Scenario, parse
 
 if TYPE_CHECKING:
     from flint import arb, arb_mat
 
-FORMAT = "helimag proof 1"
+FORMAT = "helimag proof 2"
 OUTWARD = 1.0 + 1e-12  # what the rounding of a few floats cannot undo
 
 
@@ -127,8 +128,10 @@ class Certificate:
                 "sin": tube.waves.sin.tolist(),
                 "lean_cos": tube.lean.cos.tolist(),
                 "lean_sin": tube.lean.sin.tolist(),
+                "bent_cos": tube.bent.cos.tolist(),
+                "bent_sin": tube.bent.sin.tolist(),
                 **{name: list(getattr(tube, name)) for name in ("blocks", "radii", "entry", "decay", "swing", "odd")},
-                **{name: getattr(tube, name) for name in ("spans", "order", "fine", "coarse")},
+                **{name: getattr(tube, name) for name in ("spans", "order", "fine", "coarse", "rough")},
             },
             "claims": json.loads(json.dumps(asdict(self.claims))),
         }
@@ -175,12 +178,18 @@ def dynamics_of(scenario: Scenario, within: Mapping[str, str]) -> Views:
     plain = Swimming(Inputs(scenario).constants())
     if not widths:
         return views_of(plain)
-    leaning, over = (Swimming(Inputs(scenario, widths, view).constants(), plain=False) for view in ("middle", "over"))
-    return Views(plain, leaning, over)
+    kinds: tuple[tuple[Literal["middle", "over"], int], ...] = (("middle", 1), ("middle", 2), ("over", 3))
+    leaning, bending, over = (Swimming(Inputs(scenario, widths, *kind).constants(), plain=False) for kind in kinds)
+    return Views(plain, leaning, bending, over)
 
 
 def claims_of(
-    scenario: Scenario, within: Mapping[str, str], tube: Tube, straights: Sequence[Straight] | None = None
+    scenario: Scenario,
+    within: Mapping[str, str],
+    tube: Tube,
+    straights: Mapping[int, Straight] | None = None,
+    *,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> Claims | None:
     """All that the enclosures prove of a tube, None where they hold nothing; the only place where claims come from.
 
@@ -192,20 +201,21 @@ def claims_of(
     with arithmetic():
         dynamics = dynamics_of(scenario, within)
         try:
-            spans = spans_of(dynamics, tube, straights or straights_of(dynamics, tube))
-            frame = frame_at(dynamics.middle, tube, exact(0))
-            across = frame.inv()
+            spans = spans_of(dynamics, tube, straights or straights_of(dynamics, tube), progress)
+            chart = chart_at(tube, Swimming.components, len(within), exact(0))
+            across = flint().arb_mat(chart.frame).inv()
         # a ball of frames that holds a singular one, or a series that is divided by one with zero in its first ball
         except (ZeroDivisionError, ValueError):
             return None
-        theorem = theorem_of(tube, spans)
+        theorem = theorem_of(tube, [span.near for span in spans])
         widths = {path: Fraction(width) for path, width in within.items()}
         clear = clearance(Inputs(scenario, widths), tube, spans)
-        narrow = deviations(tube, frame, [exact(theorem.share) * exact(r) for r in tube.radii])
-        box, whole = (_leaning_too(tube, each) for each in (narrow, deviations(tube, frame, tube.radii)))
-        entered = theorem.stability and not within and enters(tube, spans, tube.entry)
+        narrow = reached(tube, chart, [exact(theorem.share) * exact(r) for r in tube.radii])
+        lean = lean_series(tube, dynamics.middle, exact(0), 1)
+        box, whole = (_leaning_too(tube, lean, each) for each in (narrow, reached(tube, chart, tube.radii)))
+        entered = theorem.stability and not within and enters(tube, [span.far for span in spans], tube.entry)
         # where inputs have a tolerance, each value has a tube of its own, and no ball is in all of them for sure
-        basin = 0.0 if within else ball_in(tube, across, tube.entry if entered else tube.radii)
+        basin = 0.0 if within else ball_in(tube, chart, across, tube.entry if entered else tube.radii)
     if not (theorem.existence and math.isfinite(clear) and np.isfinite([theorem.bound, *box, *whole]).all()):
         return None
     return Claims(
@@ -224,9 +234,10 @@ def claims_of(
     )
 
 
-def _leaning_too(tube: Tube, reach: "list[arb]") -> list[float]:
+def _leaning_too(tube: Tube, by_input: "list[list[list[arb]]]", reach: "list[arb]") -> list[float]:
     """Upper bounds of deviations (6,) from the curve as a turn begins, how far it leans with the inputs included."""
-    lean = leans(tube, Swimming.components, exact(0))
+    count = Swimming.components
+    lean = [sum((around_zero(each[i][0]) for each in by_input), exact(0)) for i in range(count)]
     # a quaternion of length near 1 that changes by e turns by at most 2 asin(e / length), each axis by no more
     waves = tube.waves.matrix * basis(tube.waves.cos.shape[1], exact(0), 1)
     length = sum((waves[i, 0] * waves[i, 0] for i in range(3, 7)), exact(0)).sqrt()
@@ -239,17 +250,24 @@ def _metres(lengths: Sequence[float]) -> tuple[float, float, float]:
     return x, y, z
 
 
-def ball_in(tube: Tube, across: "arb_mat", radii: Sequence[float]) -> float:
+def ball_in(tube: Tube, chart: Chart, across: "arb_mat", radii: Sequence[float]) -> float:
     """Radius (m) of a ball of places and, times ``TURN_PER_LENGTH``, of attitudes that lies within radii by block.
 
-    An angle is at least 0.99 times as long as four times its modified Rodrigues parameters, up to half a radian.
+    Of z = Q y + K[y, y] / 2 there is a solution within the radii where those of Q^-1 (z - K[y, y] / 2) stay within them
+    for all y that do (Brouwer). An angle is at least 0.99 times as long as four times its modified Rodrigues
+    parameters, up to half a radian.
     """
     turn = exact(TURN_PER_LENGTH) * 100 / 99
     radius = exact(0.5) / exact(TURN_PER_LENGTH)
+    bent = across * flint().arb_mat([[chart.bend(i, a, b) for a, b in pairs(N)] for i in range(N)])
+    curved = [
+        second_order({pair: bent[i, n] for n, pair in enumerate(pairs(N))}, tube.columns, radii) for i in range(N)
+    ]
     for rows, width in zip(tube.columns, radii, strict=True):
         place = root_of_squares(across[i, j] for i in rows for j in range(3)) / exact(LENGTH)
         attitude = root_of_squares(across[i, j] for i in rows for j in range(3, N))
-        radius = -largest([-radius, -exact(width) / (place + attitude * turn)])
+        left = exact(width) - root_of_squares(curved[i] for i in rows)
+        radius = -largest([-radius, -left / (place + attitude * turn)])
     return max(lower(radius), 0.0)
 
 
@@ -270,19 +288,14 @@ def read_certificate(text: str) -> Certificate:
             raise InputError("the certificate's content is not what its sha256 was made of: it was changed")
         tube = {name: value for name, value in content["tube"].items() if not name.endswith(("cos", "sin"))}
         lists = {name: tuple(value) for name, value in tube.items() if isinstance(value, list)}
-        waves, lean = (
-            Waves(*(np.array(content["tube"][f"{of}{name}"], dtype=float) for name in ("cos", "sin")))
-            for of in ("", "lean_")
-        )
-        if not lean.count:
-            lean = NO_LEAN
+        waves, lean, bent = (_waves_of(content["tube"], of) for of in ("", "lean_", "bent_"))
         claims = content["claims"]
         discs = {key: tuple(Disc(**disc) for disc in claims[key]) for key in ("multipliers", "tube_multipliers")}
         triples = {key: tuple(claims[key]) for key in ("box", "tube")}
         certificate = Certificate(
             parse(content["scenario"], "the certificate's scenario"),
             content["within"],
-            Tube(waves, lean=lean, **(tube | lists)),
+            Tube(waves, lean=lean, bent=bent, **(tube | lists)),
             Claims(**(claims | discs | triples)),
         )
         again = digest(certificate.content())
@@ -295,10 +308,15 @@ def read_certificate(text: str) -> Certificate:
     return certificate
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _waves_of(tube: Mapping[str, Any], of: str) -> Waves:
+    cos, sin = (np.array(tube[f"{of}{name}"], dtype=float) for name in ("cos", "sin"))
+    return Waves(cos, sin) if len(cos) or len(sin) else NONE
+
+
+def _once(given: list[tuple[str, Any]]) -> dict[str, Any]:
     """An object of JSON, in which no key may stand twice: a reader might take the other one."""
-    content = dict(pairs)
-    if len(content) != len(pairs):
+    content = dict(given)
+    if len(content) != len(given):
         raise InputError("the certificate has a key twice: it was changed")
     return content
 
@@ -369,13 +387,13 @@ def _require_tolerances(certificate: Certificate) -> None:
 
 def _require_whole(tube: Tube, inputs: int) -> None:
     """Refuse a tube whose parts do not fit together: the bounds are sums over them."""
-    lists, whole = (tube.radii, tube.entry, tube.decay, tube.swing), (tube.spans, tube.order, tube.fine, tube.coarse)
+    lists, whole = (tube.radii, tube.entry, tube.decay, tube.swing), tube.cuts
     numbers = (
         all(isinstance(each, tuple) for each in (*lists, tube.blocks, tube.odd))
         and all(type(value) is float for each in lists for value in each)
         and all(type(value) is int for value in (*whole, *tube.blocks))
         and all(type(value) is bool for value in tube.odd)
-        and tube.waves.cos.ndim == tube.lean.cos.ndim == 2
+        and tube.waves.cos.ndim == tube.lean.cos.ndim == tube.bent.cos.ndim == 2
     )
     if not (numbers and _fits(tube, inputs)):
         raise InputError("the certificate's tube is not one: its blocks, columns and radii do not fit together")
@@ -389,14 +407,17 @@ def _fits(tube: Tube, inputs: int) -> bool:
         and tube.waves.count == Swimming.components + N * N
         and tube.lean.cos.shape == tube.lean.sin.shape
         and tube.lean.count == Swimming.components * inputs
+        and tube.bent.cos.shape == tube.bent.sin.shape
+        and tube.bent.count in (0, N * len(pairs(N + inputs)))
         and count == len(tube.blocks) == len(tube.entry) == len(tube.decay) == len(tube.swing) == len(tube.odd)
         and tube.blocks[:1] == (0,)
         and bool(np.isin(sizes, (1, 2)).all())
         and all(radius > 0.0 for radius in (*tube.radii, *tube.entry))
         and bool(np.isfinite(tube.lean.cos).all() and np.isfinite(tube.lean.sin).all())
+        and bool(np.isfinite(tube.bent.cos).all() and np.isfinite(tube.bent.sin).all())
         and bool(np.isfinite(tube.waves.cos).all() and np.isfinite(tube.waves.sin).all())
         and all(math.isfinite(value) for value in (*tube.radii, *tube.entry, *tube.decay, *tube.swing))
-        and min(tube.spans, tube.order, tube.fine, tube.coarse) >= 1
+        and min(tube.cuts) >= 1
         and tube_closes(tube)
     )
 
@@ -411,7 +432,16 @@ def tube_closes(tube: Tube) -> bool:
     for odd, columns in zip(tube.odd, tube.columns, strict=True):
         rows = slice(Swimming.components + N * columns.start, Swimming.components + N * columns.stop)
         closed &= _returns(tube.waves, rows, odd)
-    return closed
+    return closed and _bent_returns(tube)
+
+
+def _bent_returns(tube: Tube) -> bool:
+    """Whether second-order terms come back after a turn: with the sign of the product of what they are of."""
+    side = side_of(tube)
+    signs = [any(odd and a in rows for odd, rows in zip(tube.odd, tube.columns, strict=True)) for a in range(side)]
+    return not tube.bent.count or all(
+        _returns(tube.bent, slice(N * n, N * n + N), signs[a] != signs[b]) for n, (a, b) in enumerate(pairs(side))
+    )
 
 
 def _lean_returns(tube: Tube, odd: bool) -> bool:

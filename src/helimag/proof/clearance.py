@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 from helimag.engine import FALL_LIMIT
 from helimag.proof.balls import exact, flint, lower
+from helimag.proof.bounds import Span
 from helimag.proof.exact import Inputs
 from helimag.proof.jets import Jet
 from helimag.proof.motion import LENGTH, Swimming
-from helimag.proof.tube import Span, Tube, deviations
+from helimag.proof.tube import Tube, reached
 
 if TYPE_CHECKING:
     from flint import arb
@@ -30,7 +31,7 @@ def _over_span(inputs: Inputs, motion: Swimming, tube: Tube, span: Span) -> floa
     scenario, unit = inputs.scenario, exact(LENGTH)
     device = scenario.device
     place, frame = motion.pose(
-        span.straight.curve, [Jet(value) for value in deviations(tube, span.straight.frame, tube.region)]
+        span.straight.curve, [Jet(value) for value in reached(tube, span.straight.chart, tube.region)]
     )
     head = [component.v * unit for component in place]
     tail = [h - frame[i][0].v * _length(device.tail_length) for i, h in enumerate(head)]

@@ -62,12 +62,15 @@ class Inputs:
         By path: how far the input may be off either way, in the unit that it is written in. Empty: the decimals hold.
     view
         What is read of an input with a tolerance: the ball of all its values; or a jet in a variable from -1 to 1 for
-        each such input, at the middle with first derivatives, or over all values with second ones.
+        each such input, at the middle or over all values.
+    order
+        How many derivatives jets have.
     """
 
     scenario: Scenario
     within: Mapping[str, Fraction] = field(default_factory=dict)
     view: Literal["balls", "middle", "over"] = "balls"
+    order: int = 1
 
     def read(self, path: str) -> Any:
         """The SI value of an input: its decimals as a ball; where it has a tolerance, what the view says."""
@@ -80,7 +83,8 @@ class Inputs:
         if self.view == "balls":
             return all_of_it
         variable = {VARIABLES + list(self.within).index(path): width}
-        return Jet(value, variable) if self.view == "middle" else Jet(all_of_it, variable, {})
+        more: list[dict[Any, Any] | None] = [{} if self.order >= n else None for n in (2, 3)]
+        return Jet(value if self.view == "middle" else all_of_it, variable, *more)
 
     def constants(self) -> Constants:
         """All that the equations of motion need, enclosed.

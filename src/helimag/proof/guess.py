@@ -7,14 +7,14 @@ and J. N. Kutz, J. Comput. Phys. 219 (2006) 296). No product over a turn is form
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from helimag.proof.field import Dynamics
 from helimag.proof.jets import variables
-from helimag.proof.motion import LENGTH, TURN_PER_LENGTH, Swimming, product
-from helimag.proof.tube import Dynamics, N
+from helimag.proof.motion import LENGTH, Swimming, product
+from helimag.proof.tube import N
 from helimag.proof.waves import Floats, Waves
 
 Complexes = NDArray[np.complex128]
@@ -25,8 +25,6 @@ NEGLIGIBLE = 1e-13  # of a coefficient
 FRAME_DIGITS = 10  # decimals of the frame's coefficients, which need not be exact
 HARMONICS = (28, 44, 64)  # of the curve, tried one after another
 NEWTON_STEPS = 8
-ROOM = 4.0  # for fast blocks, whose radii cost the slow ones little
-FAST = 20.0  # times the slowest decay: so fast a block comes into the tube from further off
 
 
 @dataclass(frozen=True)
@@ -40,21 +38,14 @@ class Guess:
     odd: tuple[bool, ...]
 
 
-def linearized(motion: Dynamics, waves: Waves, times: Floats, *, second: bool = False) -> tuple[Floats, Floats, Floats]:
-    """Rates (6, times) on a curve, their first (6, 6, times) and, if wanted, second derivatives (6, 6, 6, times)."""
+def linearized(motion: Dynamics, waves: Waves, times: Floats) -> tuple[Floats, Floats]:
+    """Rates (6, times) on a curve, and their derivatives (6, 6, times)."""
     clock = (np.cos(2.0 * np.pi * times), np.sin(2.0 * np.pi * times))
-    deviation = variables([np.zeros_like(times)] * N, second=second, one=np.ones_like(times))
+    deviation = variables([np.zeros_like(times)] * N, one=np.ones_like(times))
     rates = motion.rates(clock, list(waves.values(times)), list(waves.slopes(times)), deviation)
     zero = np.zeros_like(times)
     value = np.array([rate.v + zero for rate in rates])
-    first = np.array([[rate.g.get(j, zero) + zero for j in range(N)] for rate in rates])
-    if not second:
-        return value, first, np.empty(0)
-    bends = [
-        [[(rate.h or {}).get((min(j, k), max(j, k)), zero) + zero for k in range(N)] for j in range(N)]
-        for rate in rates
-    ]
-    return value, first, np.array(bends)
+    return value, np.array([[rate.g.get(j, zero) + zero for j in range(N)] for rate in rates])
 
 
 def waves_through(values: Floats, odd: Sequence[bool]) -> Waves:
@@ -110,7 +101,7 @@ def sharpened(motion: Dynamics, values: Floats, odd: Sequence[bool], displaced: 
     phases = np.exp(2j * np.pi * np.outer(np.arange(-most, most + 1), times))
     for _ in range(NEWTON_STEPS):
         waves = waves_through(values, odd).lowest(2 * most)
-        value, first, _ = linearized(motion, waves, times)
+        value, first = linearized(motion, waves, times)
         if not np.isfinite(value).all() or np.abs(value).max() >= left:
             break
         best, left = waves, float(np.abs(value).max())
@@ -174,7 +165,7 @@ def guess_around(motion: Swimming, state: Floats) -> "Guess | str":
     else:
         return f"the orbit's harmonics do not settle (a rate of {left:.1g} is left)"
     times = np.arange(count) / count
-    _, first, _ = linearized(motion, waves, times)
+    _, first = linearized(motion, waves, times)
     columns, changes, blocks = floquet_frame(first, 3 * most // 5)
     frame = waves_through(columns.transpose(1, 0, 2).reshape(N * N, -1), [c for c in changes for _ in range(N)])
     frame = frame.lowest(waves.cos.shape[1] - 1)
@@ -204,55 +195,3 @@ def displaced(curve: Floats, by: Floats) -> Floats:
     sigma = by[3:] / 4.0
     turned = np.array(product(list(curve[3:]), [1.0 - (sigma**2).sum(axis=0), *(2.0 * sigma)]))
     return np.concatenate([curve[:3] + by[:3], turned / np.linalg.norm(turned, axis=0)])
-
-
-@dataclass(frozen=True)
-class Extent:
-    """How wide floats suggest that a tube may be: radii by block, and those of a ball of starts in its slow blocks."""
-
-    radii: Floats
-    entry: Floats
-
-
-def extent_of(guess: Guess, dynamics: Swimming) -> Extent:
-    """The widest tube that floats suggest, as second derivatives allow: widest in the blocks that decay slowly.
-
-    Fast blocks get what the slow ones stir up in them; a start may be further off in them, and comes in.
-    """
-    norms, across = _second_norms(guess, dynamics)
-    parts = [slice(a, b) for a, b in pairwise((*guess.blocks, N))]
-    weight = np.array([1.0 / float(LENGTH)] * 3 + [TURN_PER_LENGTH] * 3)
-    around = np.array([np.sqrt(((across[i] * weight) ** 2).sum()) for i in parts]) * float(LENGTH)
-    rate = np.abs(guess.decay)
-    slow = rate < FAST * rate.min()
-
-    def widest(radii: Floats) -> float:
-        return float((rate * radii / np.einsum("ijk,j,k->i", norms, radii, radii)).min())
-
-    def ball(radii: Floats) -> float:
-        """How large a ball of starts, in slow blocks, a tube of these relative radii allows."""
-        return widest(radii) * float((radii / around)[slow].min())
-
-    radii, step = around / around.max(), 2.0
-    while step > 1.05:
-        steps = [np.where(np.arange(len(radii)) == i, step**sign, 1.0) for i in range(len(radii)) for sign in (1, -1)]
-        best = max((radii * each for each in steps), key=ball)
-        if ball(best) > ball(radii) * 1.001:
-            radii = best
-        else:
-            step = float(np.sqrt(step))
-    return Extent(radii * widest(radii) * np.where(slow, 1.0, ROOM), around * ball(radii))
-
-
-def _second_norms(guess: Guess, dynamics: Swimming) -> tuple[Floats, Floats]:
-    """Largest norms by block of second derivatives on the curve; and the frame's inverse (6, 6) as a turn begins."""
-    times = np.arange(64) / 64
-    count = dynamics.components
-    curve = Waves(guess.waves.cos[:count], guess.waves.sin[:count])
-    _, _, second = linearized(dynamics, curve, times, second=True)
-    frame = guess.waves.values(times)[count:].reshape(N, N, -1).transpose(2, 1, 0)  # time, component, column
-    across = np.linalg.inv(frame)
-    bent = np.einsum("til,ljkt,tjm,tkn->imnt", across, second, frame, frame, optimize=True)
-    parts = [slice(a, b) for a, b in pairwise((*guess.blocks, N))]
-    norms = [[[np.sqrt((bent[i, j, k] ** 2).sum((0, 1, 2)).max()) for k in parts] for j in parts] for i in parts]
-    return np.array(norms), np.asarray(across[0])

@@ -1,4 +1,4 @@
-"""Numbers with derivatives: a value, its gradient and, if wanted, its second derivatives, in six variables.
+"""Numbers with derivatives: a value, its gradient and, if wanted, its second and third derivatives, in some variables.
 
 The values may be floats, NumPy arrays, balls or series of balls: whatever adds and multiplies. Derivatives that are
 zero are not kept. Products, quotients and roots follow the rules of calculus and nothing else, so that an enclosure of
@@ -6,27 +6,45 @@ the values gives enclosures of the derivatives.
 """
 
 from collections.abc import Sequence
+from itertools import combinations_with_replacement
 from typing import Any
 
 Value = Any
+Pair = tuple[int, int]
+Triple = tuple[int, int, int]
 VARIABLES = 6
 
 
 class Jet:
-    """A value with its gradient ``g`` by variable and second derivatives ``h`` by pair (i <= j), None if not kept."""
+    """A value with its gradient ``g`` by variable, second derivatives ``h`` by pair and third ones ``t`` by triple.
 
-    __slots__ = ("g", "h", "v")
+    Pairs and triples are in order. What is None is not known, of a jet that depends on a variable; a result knows
+    what all that went into it knew.
+    """
+
+    __slots__ = ("g", "h", "t", "v")
     __array_ufunc__ = None  # an array times a jet is a jet of arrays, not an array of jets
 
     def __init__(
-        self, v: Value, g: dict[int, Value] | None = None, h: dict[tuple[int, int], Value] | None = None
+        self,
+        v: Value,
+        g: dict[int, Value] | None = None,
+        h: dict[Pair, Value] | None = None,
+        t: dict[Triple, Value] | None = None,
     ) -> None:
-        self.v, self.g, self.h = v, g or {}, h
+        self.v, self.g, self.h, self.t = v, g or {}, h, t
+
+    @property
+    def derivatives(self) -> tuple[dict[Any, Value] | None, ...]:
+        """The gradient, second and third derivatives."""
+        return self.g, self.h, self.t
 
     def __add__(self, other: Value) -> "Jet":
         if not isinstance(other, Jet):
-            return Jet(self.v + other, self.g, self.h)
-        return Jet(self.v + other.v, _sum(self.g, other.g), _both(self.h, other.h))
+            return Jet(self.v + other, self.g, self.h, self.t)
+        second = _sum(self.h or {}, other.h or {}) if _known(self, other, "h") else None
+        third = _sum(self.t or {}, other.t or {}) if _known(self, other, "t") else None
+        return Jet(self.v + other.v, _sum(self.g, other.g), second, third)
 
     __radd__ = __add__
 
@@ -39,28 +57,21 @@ class Jet:
 
     def __rsub__(self, other: Value) -> "Jet":
         less = self.scaled(-1)
-        return Jet(other + less.v, less.g, less.h)
+        return Jet(other + less.v, less.g, less.h, less.t)
 
     def scaled(self, by: Value) -> "Jet":
         """Times something that does not depend on the variables."""
         second = None if self.h is None else {key: by * value for key, value in self.h.items()}
-        return Jet(by * self.v, {key: by * value for key, value in self.g.items()}, second)
+        third = None if self.t is None else {key: by * value for key, value in self.t.items()}
+        return Jet(by * self.v, {key: by * value for key, value in self.g.items()}, second, third)
 
     def __mul__(self, other: Value) -> "Jet":
         if not isinstance(other, Jet):
             return self.scaled(other)
         first = _sum({i: other.v * a for i, a in self.g.items()}, {i: self.v * b for i, b in other.g.items()})
-        if self.h is None and other.h is None:
-            return Jet(self.v * other.v, first)
-        second = {key: other.v * a for key, a in (self.h or {}).items()}
-        second = _sum(second, {key: self.v * b for key, b in (other.h or {}).items()})
-        for i, a in self.g.items():
-            for j, b in other.g.items():
-                key, term = (min(i, j), max(i, j)), a * b
-                if i == j:
-                    term = 2 * term
-                second[key] = second[key] + term if key in second else term
-        return Jet(self.v * other.v, first, second)
+        second = _second_of_product(self, other) if _known(self, other, "h") else None
+        third = _third_of_product(self, other) if _known(self, other, "t") else None
+        return Jet(self.v * other.v, first, second, third)
 
     __rmul__ = __mul__
 
@@ -68,20 +79,25 @@ class Jet:
         if isinstance(by, Jet):
             return self * by.inverse()
         second = None if self.h is None else {key: value / by for key, value in self.h.items()}
-        return Jet(self.v / by, {key: value / by for key, value in self.g.items()}, second)
+        third = None if self.t is None else {key: value / by for key, value in self.t.items()}
+        return Jet(self.v / by, {key: value / by for key, value in self.g.items()}, second, third)
 
-    def through(self, value: Value, slope: Value, bend: Value) -> "Jet":
-        """A function of this number, from its value, first and second derivative here."""
+    def through(self, value: Value, slope: Value, bend: Value, jerk: Value) -> "Jet":
+        """A function of this number, from its value and first three derivatives here."""
         first = {i: slope * a for i, a in self.g.items()}
         if self.h is None:
             return Jet(value, first)
-        second = {key: slope * a for key, a in self.h.items()}
         indices = sorted(self.g)
-        for n, i in enumerate(indices):
-            for j in indices[n:]:
-                term = bend * (self.g[i] * self.g[j])
-                second[i, j] = second[i, j] + term if (i, j) in second else term
-        return Jet(value, first, second)
+        second = {key: slope * a for key, a in self.h.items()}
+        for i, j in combinations_with_replacement(indices, 2):
+            _add(second, (i, j), bend * (self.g[i] * self.g[j]))
+        if self.t is None:
+            return Jet(value, first, second)
+        third = {key: slope * a for key, a in self.t.items()}
+        _add_mixed(third, {key: bend * a for key, a in self.h.items()}, self.g)
+        for i, j, k in combinations_with_replacement(indices, 3):
+            _add(third, (i, j, k), jerk * (self.g[i] * self.g[j] * self.g[k]))
+        return Jet(value, first, second, third)
 
     def __rtruediv__(self, other: Value) -> "Jet":
         return self.inverse().scaled(other)
@@ -92,30 +108,87 @@ class Jet:
     def cos(self) -> "Jet":
         """Cosine, of balls."""
         cosine, sine = self.v.cos(), self.v.sin()
-        return self.through(cosine, -sine, -cosine)
+        return self.through(cosine, -sine, -cosine, sine)
 
     def sin(self) -> "Jet":
         """Sine, of balls."""
         cosine, sine = self.v.cos(), self.v.sin()
-        return self.through(sine, cosine, -sine)
+        return self.through(sine, cosine, -sine, -cosine)
 
     def inverse(self) -> "Jet":
         """One over this number."""
         one = 1 / self.v
         square = one * one
-        return self.through(one, -square, 2 * (square * one))
+        return self.through(one, -square, 2 * (square * one), -6 * (square * square))
 
     def inverse_root(self) -> "Jet":
         """One over the square root of this number."""
         root = self.v.rsqrt() if hasattr(self.v, "rsqrt") else self.v**-0.5
         square = root * root
         slope = (root * square) / -2
-        return self.through(root, slope, (slope * square * 3) / -2)
+        bend = (slope * square * 3) / -2
+        return self.through(root, slope, bend, (bend * square * 5) / -2)
 
 
-def variables(values: Sequence[Value], *, second: bool = False, one: Value = 1) -> list[Jet]:
-    """The six variables themselves at these values; ``one`` is what their derivatives are counted in."""
-    return [Jet(value, {i: one}, {} if second else None) for i, value in enumerate(values)]
+def variables(values: Sequence[Value], *, order: int = 1, one: Value = 1) -> list[Jet]:
+    """The variables themselves at these values, with derivatives of an order; ``one`` is what these are counted in."""
+    return [
+        Jet(value, {i: one}, {} if order > 1 else None, {} if order > 2 else None) for i, value in enumerate(values)
+    ]
+
+
+def known(derivatives: dict[Any, Value] | None) -> dict[Any, Value]:
+    """Derivatives that a result needs: what is None is not zero.
+
+    Raises
+    ------
+    TypeError
+        Where they are not known.
+    """
+    if derivatives is None:
+        raise TypeError("derivatives are needed that were not asked of what this was made of")
+    return derivatives
+
+
+def _known(a: Jet, b: Jet, name: str) -> bool:
+    """Whether derivatives of a name are known of both: what depends on no variable has none."""
+    return all(getattr(each, name) is not None or not each.g for each in (a, b))
+
+
+def _second_of_product(a: Jet, b: Jet) -> dict[Pair, Value]:
+    second = {key: b.v * value for key, value in (a.h or {}).items()}
+    second = _sum(second, {key: a.v * value for key, value in (b.h or {}).items()})
+    for i, x in a.g.items():
+        for j, y in b.g.items():
+            term = x * y
+            _add(second, (i, j) if i <= j else (j, i), 2 * term if i == j else term)
+    return second
+
+
+def _third_of_product(a: Jet, b: Jet) -> dict[Triple, Value]:
+    third = {key: b.v * value for key, value in (a.t or {}).items()}
+    third = _sum(third, {key: a.v * value for key, value in (b.t or {}).items()})
+    _add_mixed(third, a.h or {}, b.g)
+    _add_mixed(third, b.h or {}, a.g)
+    return third
+
+
+def _add_mixed(third: dict[Triple, Value], second: dict[Pair, Value], first: dict[int, Value]) -> None:
+    """Add the products of second and first derivatives: each triple parts into a pair and a single in three ways."""
+    for (i, j), x in second.items():
+        for k, y in first.items():
+            term, ways = x * y, 1 + (i == k) + (j == k)
+            if ways > 1:
+                term = ways * term
+            key = (i, j, k) if k >= j else (i, k, j) if k >= i else (k, i, j)
+            if key in third:  # not by a function: this is where a proof spends its time
+                third[key] += term
+            else:
+                third[key] = term
+
+
+def _add(into: dict[Any, Value], key: Any, value: Value) -> None:
+    into[key] = into[key] + value if key in into else value
 
 
 def _sum(a: dict[Any, Value], b: dict[Any, Value]) -> dict[Any, Value]:
@@ -123,9 +196,5 @@ def _sum(a: dict[Any, Value], b: dict[Any, Value]) -> dict[Any, Value]:
         return dict(b)
     result = dict(a)
     for key, value in b.items():
-        result[key] = result[key] + value if key in result else value
+        _add(result, key, value)
     return result
-
-
-def _both(a: dict[Any, Value] | None, b: dict[Any, Value] | None) -> dict[Any, Value] | None:
-    return None if a is None and b is None else _sum(a or {}, b or {})

@@ -165,6 +165,10 @@ class Swimming:
         own = [w - k.yaw * u for w, u in zip(spin, frame[2], strict=True)]
         return [*first, *_attitude_rates(deviation[3:], own, _curve_spin(curve[3:], slope[3:]))]
 
+    def still_rates(self, clock: tuple[Number, Number], curve: Any, slope: Any) -> list[Jet]:
+        """The same on the curve itself, which may depend on other variables than the deviations."""
+        return self.rates(clock, list(curve), list(slope), [Jet(0.0)] * 6)
+
     def plain_rates(self, turns: float, state: Sequence[float]) -> list[float]:
         """Rates (7,) of place and unit quaternion themselves, in floats."""
         k, q = self.constants, state[3:]

@@ -2,10 +2,10 @@
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,23 +13,27 @@ from numpy.typing import NDArray
 from helimag.notebook import summary
 from helimag.orbits import Orbit
 from helimag.proof.balls import arithmetic
+from helimag.proof.bending import COUNT, DIVISORS, bent_terms, bent_waves, moving, sampled
+from helimag.proof.bounds import Straight, straights_of
 from helimag.proof.certificate import Certificate, Claims, claims_of, dynamics_of, settled
-from helimag.proof.exact import Inputs, require_provable
-from helimag.proof.guess import Extent, Guess, extent_of, guess_around
+from helimag.proof.exact import Inputs, parts, require_provable, written
+from helimag.proof.extent import Extent, extent_of, norms_of
+from helimag.proof.guess import Guess, guess_around
+from helimag.proof.jets import Jet
 from helimag.proof.motion import LENGTH, Constants, Source, Swimming
-from helimag.proof.tube import Straight, Tube, straights_of
+from helimag.proof.sampling import SAMPLE, speaks_against
+from helimag.proof.tube import NONE, N, Tube
+from helimag.proof.waves import Waves
 from helimag.scenario import Scenario
 
-if TYPE_CHECKING:
-    pass
-
 GRIDS: tuple[dict[str, int], ...] = (
-    {"spans": 96, "order": 10, "fine": 18, "coarse": 3},
-    {"spans": 192, "order": 12, "fine": 20, "coarse": 3},
-    {"spans": 384, "order": 12, "fine": 20, "coarse": 3},
+    {"spans": 96, "order": 10, "fine": 20, "coarse": 6, "rough": 3},
+    {"spans": 192, "order": 12, "fine": 20, "coarse": 6, "rough": 3},
+    {"spans": 384, "order": 12, "fine": 20, "coarse": 6, "rough": 3},
 )  # how time is cut; finer where coarser does not decide
 SAME_PLACE, SAME_ATTITUDE = 1e-6, 1e-3  # m and rad, between the orbit given and the curve that its proof is about
-SIZES = ((0.65, 0.9), (0.3, 0.7), (0.1, 0.5), (0.01, 0.5))  # of the tube and the starts that floats suggest
+SIZES = (2.0, 1.6, 1.25, 1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.03, 0.01, 0.003)  # of the tube that floats suggest
+SHARE = 0.85  # of the starts that such a tube suggests
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,11 +138,8 @@ def prove(orbit: Orbit) -> Proof:
     if not _same(guess, orbit):
         return ended("not proved: what is given is no orbit, as Newton's method leads from it to another one")
     best: Claims | None = None
-    for tubes in tubes_to_try(guess, extent_of(guess, floats)):
-        straights = _straights(scenario, tubes[0])
-        if straights is None:
-            continue
-        for tube in tubes:
+    for tubes in tubes_to_try(*bent_guess(guess, floats)):
+        for tube, straights in _promising(scenario, tubes, orbit.stable):
             claims = claims_of(scenario, {}, tube, straights)
             if claims is not None and (claims.stability or not orbit.stable):
                 return ended(sentence(claims), Certificate(scenario, {}, tube, claims))
@@ -154,14 +155,38 @@ def _same(guess: Guess, orbit: Orbit) -> bool:
     return bool(away <= SAME_PLACE + 10.0 * orbit.position_error and turned <= SAME_ATTITUDE)
 
 
-def _straights(scenario: Scenario, tube: Tube) -> list[Straight] | None:
-    """What holds on the curve, for all tubes around it; None where a span is too long for what is divided by in it."""
+def bent_guess(guess: Guess, dynamics: Swimming) -> tuple[Guess, Extent, Waves]:
+    """A guess with second-order terms of the coordinates: those that allow the widest tube."""
+    at = sampled(guess.waves, dynamics.components)
+    none = np.zeros((N, N, N, COUNT))
+    straight = moving(dynamics, at, none, none)
+    best, terms = extent_of(norms_of(guess, at, straight)), NONE
+    for divisor in DIVISORS:
+        bent, bending, signs = bent_terms(guess, at, straight.second, divisor)
+        extent = extent_of(norms_of(guess, at, moving(dynamics, at, bent, bending)))
+        if extent.ball > best.ball:
+            best, terms = extent, bent_waves(bent, signs)
+    return guess, best, terms
+
+
+def _promising(
+    scenario: Scenario, tubes: Sequence[Tube], attracting: bool
+) -> Iterator[tuple[Tube, Mapping[int, Straight]]]:
+    """Those of several tubes around one curve that some spans speak for, with what holds on the curve."""
     with arithmetic():
         dynamics = dynamics_of(scenario, {})
         try:
-            return straights_of(dynamics, tube)
-        except (ZeroDivisionError, ValueError):
-            return None
+            straights = straights_of(dynamics, tubes[0])
+        except (ZeroDivisionError, ValueError):  # a span is too long for what is divided by in it
+            return
+    numbers = list(range(0, tubes[0].spans, SAMPLE))
+    for tube in tubes:
+        with arithmetic():
+            against = speaks_against(dynamics, tube, {k: straights[k] for k in numbers}, attracting)
+        if against is None:
+            yield tube, straights
+        else:  # what a wider tube fails at is asked first of a narrower one
+            numbers.insert(0, numbers.pop(numbers.index(against)))
 
 
 def in_floats(constants: Constants) -> Constants:
@@ -172,18 +197,23 @@ def in_floats(constants: Constants) -> Constants:
 
 
 def _float(value: Any) -> Any:
+    if isinstance(value, Jet):
+        return Jet(
+            float(value.v), *({key: float(each) for key, each in (of or {}).items()} for of in value.derivatives)
+        )
     return [_float(each) for each in value] if isinstance(value, (list, tuple)) else float(value)
 
 
-def tubes_to_try(guess: Guess, extent: Extent) -> Iterator[list[Tube]]:
+def tubes_to_try(guess: Guess, extent: Extent, bent: Waves) -> Iterator[list[Tube]]:
     """Tubes to try for each grid of time, wide ones first."""
     for grid in GRIDS:
         yield [
             Tube(
                 waves=guess.waves,
+                bent=bent,
                 blocks=guess.blocks,
                 radii=_rounded(part * extent.radii),
-                entry=_rounded(share * part * extent.entry),
+                entry=_rounded(SHARE * part * extent.entry),
                 decay=guess.decay,
                 swing=guess.swing,
                 odd=guess.odd,
@@ -191,8 +221,9 @@ def tubes_to_try(guess: Guess, extent: Extent) -> Iterator[list[Tube]]:
                 order=grid["order"],
                 fine=grid["fine"],
                 coarse=grid["coarse"],
+                rough=grid["rough"],
             )
-            for part, share in SIZES
+            for part in SIZES
         ]
 
 
@@ -200,20 +231,33 @@ def _rounded(radii: NDArray[np.float64]) -> tuple[float, ...]:
     return tuple(float(f"{radius:.4g}") for radius in radii)
 
 
-def sentence(claims: Claims) -> str:
-    """What is proved, in words; numbers are rounded to the side on which the sentence still holds."""
+def sentence(claims: Claims, inputs: str = "") -> str:
+    """What is proved, in words; numbers are rounded to the side on which the sentence still holds.
+
+    ``inputs`` names those that may be off, and by how much.
+    """
     near = _length(math.hypot(*claims.box), ROUND_CEILING)
     place = f"an orbit exists within {near} of the curve given, alone in a tube around it"
+    if inputs:
+        place = f"with {inputs}, all at once and whatever their values, {place}"
     if not claims.stability:
         fate = "it is unstable" if claims.instability else "whether it attracts is not proved"
         return f"{place}; {fate}"
     turned = f"{_digits(Decimal(math.degrees(claims.basin_turned)), 2, ROUND_FLOOR)} deg"
     start = f"{_length(claims.basin, ROUND_FLOOR)} and {turned}"
     stays = f"every start within {start} of that curve as a turn begins stays near and tends to the orbit for ever"
+    if inputs:
+        stays = "every start in that tube tends to the orbit for ever"
     clear = f"at least {_length(claims.clearance, ROUND_FLOOR)} from all around it"
     if not claims.clearance > 0.0:
         clear = "that it keeps clear of what is around it is not proved"
     return f"{place}; {stays}; a turn multiplies distances by at most {_below_one(claims.bound)}; {clear}"
+
+
+def named_inputs(certificate: Certificate) -> str:
+    """The inputs of a certificate that may be off, with what they may be off by either way."""
+    units = {path: parts(written(certificate.scenario, path))[1] for path in certificate.within}
+    return ", ".join(f"{path} off by up to {width} {units[path]}" for path, width in certificate.within.items())
 
 
 def _below_one(bound: float) -> str:

@@ -1,33 +1,43 @@
 """How far inputs may be off together, so that an orbit that attracts is still proved for each value: a box of inputs.
 
-With the inputs the orbit moves; the tube's curve leans with them, to first order, and what is left is of second order.
+With the inputs the orbit moves: the tube's curve leans with them to first order, its coordinates to second order, and
+what is left for the enclosures is of third order.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from helimag.errors import InputError
 from helimag.proof.balls import arithmetic
-from helimag.proof.certificate import Certificate, claims_of
-from helimag.proof.exact import TOLERATED, Inputs, ball_of, parts, written
-from helimag.proof.guess import FAST, hill_matrix, linearized, waves_through
+from helimag.proof.bending import COUNT, DIVISORS, bent_terms, bent_waves, moving, sampled
+from helimag.proof.bounds import straights_of
+from helimag.proof.certificate import Certificate, claims_of, dynamics_of
+from helimag.proof.exact import TOLERATED, Inputs, parts, written
+from helimag.proof.extent import length
+from helimag.proof.guess import Guess, hill_matrix, linearized, waves_through
 from helimag.proof.motion import Swimming, product
 from helimag.proof.proving import in_floats
+from helimag.proof.sampling import SAMPLE, speaks_against
 from helimag.proof.tube import N, Tube
 from helimag.proof.waves import Floats, Waves
 from helimag.scenario import Scenario
 
 PATHS = TOLERATED
-PARTS = (2.0, 1.5, 1.0, 0.5, 0.2)  # of the widths by which the orbit moves as far as the tube is wide
-NARROWER = 0.5  # than the certificate's, a tube that has to bear the inputs too
-PROBE = Fraction(1, 10**5)  # relative, of an input, for differences
+SIZES = (1.6, 1.25, 1.0, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1, 0.03)  # of the widths that floats suggest
+WIDER = 40.0  # third derivatives as they are enclosed over all inputs, beside what they are
 MOST = 24  # harmonics of the leaning
+STEPS = 300
+Progress = Callable[[float], None]
 
 
-def tolerated(certificate: Certificate, paths: Sequence[str] = PATHS) -> Certificate | None:
+def tolerated(
+    certificate: Certificate, paths: Sequence[str] = PATHS, *, progress: Progress | None = None
+) -> Certificate | None:
     """The certificate of a box of inputs: for each value in it, an orbit that attracts all of a tube of its own.
 
     Parameters
@@ -36,6 +46,8 @@ def tolerated(certificate: Certificate, paths: Sequence[str] = PATHS) -> Certifi
         Of an orbit that is proved at the decimals.
     paths
         Inputs that may be off, each either way, independently; of the drive, or weight and moment of the device.
+    progress
+        Told which part of the work is done, from 0 to 1; what it raises stops it.
 
     Returns
     -------
@@ -52,60 +64,123 @@ def tolerated(certificate: Certificate, paths: Sequence[str] = PATHS) -> Certifi
     for path in paths:
         if path not in PATHS:
             raise InputError(f"the inputs of a tolerance must be of {', '.join(PATHS)}; got '{path}'")
+    tell = progress or (lambda _: None)
     for widths, tube in _suggested(certificate.scenario, certificate.tube, paths):
-        claims = claims_of(certificate.scenario, widths, tube)
+        tell(0.1)
+        if not _promising(certificate.scenario, widths, tube):
+            continue
+        claims = claims_of(certificate.scenario, widths, tube, progress=lambda part: tell(0.2 + 0.8 * part))
         if claims is not None and claims.proved:
             return Certificate(certificate.scenario, widths, tube, claims)
     return None
 
 
+def _promising(scenario: Scenario, widths: dict[str, str], tube: Tube) -> bool:
+    """Whether some spans speak for a tube; this proves nothing."""
+    with arithmetic():
+        dynamics = dynamics_of(scenario, widths)
+        try:
+            straights = straights_of(dynamics, tube, range(0, tube.spans, SAMPLE))
+        except (ZeroDivisionError, ValueError):  # a span is too long for what is divided by in it
+            return False
+        return speaks_against(dynamics, tube, straights, attracting=True) is None
+
+
 def _suggested(scenario: Scenario, tube: Tube, paths: Sequence[str]) -> Iterator[tuple[dict[str, str], Tube]]:
-    """Half widths and leaning tubes to try, wide ones first: each input moves the orbit by an equal part."""
+    """Half widths and leaning tubes to try, wide ones first."""
+    best: tuple[float, Any] = (0.0, None)
+    given = _leaning_to_first_order(scenario, tube, paths)
+    guess = Guess(tube.waves, tube.blocks, tube.decay, tube.swing, tube.odd)
+    at = sampled(tube.waves, Swimming.components, given.lean)
+    none = np.zeros((N, at.side, at.side, COUNT))
+    straight = moving(given.dynamics, at, none, none)
+    for divisor in DIVISORS:
+        bent, bending, signs = bent_terms(guess, at, straight.second, divisor)
+        room = Room.of(tube, moving(given.dynamics, at, bent, bending), len(paths))
+        found = room.widest()
+        if found.product > best[0]:
+            best = found.product, (found, bent, signs)
+    if best[1] is None:
+        return
+    found, bent, signs = best[1]
+    for part in SIZES:
+        widths = {
+            path: f"{part * share * unit:.2e}"
+            for path, share, unit in zip(paths, found.shares, given.units, strict=True)
+        }
+        # by how much each input's variable now stands for more than it did in floats
+        scale = np.array([1.0] * N + [float(w) / u for w, u in zip(widths.values(), given.units, strict=True)])
+        rows = np.repeat(scale[N:], Swimming.components)[:, None]
+        radii = tuple(float(f"{radius:.4g}") for radius in found.radii)
+        yield (
+            widths,
+            replace(
+                tube,
+                lean=_rounded(Waves(given.lean.cos * rows, given.lean.sin * rows)),
+                bent=bent_waves(bent * (scale[:, None] * scale)[None, :, :, None], signs),
+                radii=radii,
+                entry=radii,
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class Leaning:
+    """How the orbit moves with inputs: half widths in the file's units, lean over them, equations with jets in them."""
+
+    units: tuple[float, ...]
+    lean: Waves
+    dynamics: Swimming
+
+
+def _leaning_to_first_order(scenario: Scenario, tube: Tube, paths: Sequence[str]) -> Leaning:
+    """Each input's half width such that it moves the orbit by as much as a slow block of the tube is wide."""
     times = np.arange(4 * MOST + 1) / (4 * MOST + 1)
     count = Swimming.components
     curve = Waves(tube.waves.cos[:count], tube.waves.sin[:count])
     frame = tube.waves.values(times)[count:].reshape(N, N, -1).transpose(2, 1, 0)
-    slow = np.abs(tube.decay) < FAST * np.abs(tube.decay).min()
-    narrow = replace(
-        tube,
-        radii=tuple(NARROWER * radius for radius in tube.radii),
-        entry=tuple(NARROWER * radius for radius in tube.entry),
-    )
-    moved, shares = [], []
-    for path in paths:
-        shift = _shift(scenario, curve, times, path)
+    per_unit = {path: _written_part(scenario, path) for path in paths}
+    pushed = _pushes(_dynamics(scenario, per_unit), curve, times)
+    units, leans = [], []
+    for j, path in enumerate(paths):
+        shift = _shift(scenario, curve, times, pushed[:, j])
         inside = np.linalg.solve(frame, shift.T[:, :, None])[:, :, 0]
         sizes = np.array([np.linalg.norm(inside[:, list(rows)], axis=1).max() for rows in tube.columns])
-        moved.append(shift)
-        shares.append(float((np.array(narrow.radii) / sizes)[slow].min()) / len(paths))
-    for part in PARTS:
-        widths = {path: f"{part * share:.2e}" for path, share in zip(paths, shares, strict=True)}
-        leans = [
-            _leaning(curve, times, float(width) * shift) for width, shift in zip(widths.values(), moved, strict=True)
-        ]
-        lean = Waves(np.vstack([each.cos for each in leans]), np.vstack([each.sin for each in leans]))
-        yield widths, replace(narrow, lean=lean)
+        part = float((np.array(tube.radii) / sizes)[[0]].min())
+        units.append(part * float(per_unit[path]))
+        leans.append(_leaning(curve, times, part * shift))
+    lean = Waves(np.vstack([each.cos for each in leans]), np.vstack([each.sin for each in leans]))
+    widths = {path: Fraction(unit) for path, unit in zip(paths, units, strict=True)}
+    return Leaning(tuple(units), lean, _dynamics(scenario, widths))
 
 
-def _shift(scenario: Scenario, curve: Waves, times: Floats, path: str) -> Floats:
-    """How the orbit moves (6, times) for a unit of an input, as the scenario's file counts it."""
-    number, unit = parts(written(scenario, path))
-    step = PROBE * abs(number) or PROBE
-    ahead, behind = (_rates_at(scenario, curve, times, path, number + sign * step, unit) for sign in (1, -1))
-    pushed = (ahead - behind) / float(2 * step)
+def _written_part(scenario: Scenario, path: str) -> Fraction:
+    """A thousandth of an input as it is written, to count changes in."""
+    return (abs(parts(written(scenario, path))[0]) or Fraction(1)) / 1000
+
+
+def _dynamics(scenario: Scenario, widths: dict[str, Fraction]) -> Swimming:
+    """The equations in floats, with three derivatives by inputs' variables, each from -1 to 1 over a half width."""
+    with arithmetic():
+        return Swimming(in_floats(Inputs(scenario, widths, "middle", 3).constants()), plain=False)
+
+
+def _pushes(dynamics: Swimming, curve: Waves, times: Floats) -> Floats:
+    """Derivatives of the rates on a curve that stays where it is (6, inputs, times) by the inputs' variables."""
+    clock = np.cos(2.0 * np.pi * times), np.sin(2.0 * np.pi * times)
+    rates, zero = dynamics.still_rates(clock, curve.values(times), curve.slopes(times)), np.zeros_like(times)
+    count = 1 + max(key for rate in rates for key in rate.g) - N
+    return np.array([[rate.g.get(N + j, zero) + zero for j in range(count)] for rate in rates])
+
+
+def _shift(scenario: Scenario, curve: Waves, times: Floats, pushed: Floats) -> Floats:
+    """How the orbit moves (6, times) where its rates change by so much."""
     with arithmetic():
         dynamics = Swimming(in_floats(Inputs(scenario).constants()))
-    _, first, _ = linearized(dynamics, curve, times)
+    _, first = linearized(dynamics, curve, times)
     right = np.fft.fft(pushed, axis=-1)[:, np.arange(-MOST, MOST + 1)] / len(times)
     solved = np.linalg.solve(hill_matrix(first, MOST), -right.T.reshape(-1)).reshape(2 * MOST + 1, N)
     return np.asarray((solved.T @ np.exp(2j * np.pi * np.outer(np.arange(-MOST, MOST + 1), times))).real)
-
-
-def _rates_at(scenario: Scenario, curve: Waves, times: Floats, path: str, number: Fraction, unit: str) -> Floats:
-    with arithmetic():
-        changed = scenario.replaced({path: float(ball_of(number, unit))})
-        dynamics = Swimming(in_floats(Inputs(changed).constants()))
-    return linearized(dynamics, curve, times)[0]
 
 
 def _leaning(curve: Waves, times: Floats, shift: Floats) -> Waves:
@@ -113,5 +188,80 @@ def _leaning(curve: Waves, times: Floats, shift: Floats) -> Waves:
     attitude = curve.values(times)[3:]
     turned = np.array(product(list(attitude), [np.zeros_like(times), *(shift[3:] / 2.0)]))
     odd = bool(np.any(curve.cos[3:, 1::2]) or np.any(curve.sin[3:, 1::2]))
-    waves = waves_through(np.concatenate([shift[:3], turned]), [False] * 3 + [odd] * 4)
+    return waves_through(np.concatenate([shift[:3], turned]), [False] * 3 + [odd] * 4)
+
+
+def _rounded(waves: Waves) -> Waves:
     return Waves(np.round(waves.cos, 14) + 0.0, np.round(waves.sin, 14) + 0.0)
+
+
+@dataclass(frozen=True)
+class Found:
+    """Parts of the inputs' half widths, and the radii of a tube that bears them."""
+
+    shares: Floats
+    radii: Floats
+
+    @property
+    def product(self) -> float:
+        """Of the widths."""
+        return float(np.prod(self.shares))
+
+
+@dataclass(frozen=True)
+class Room:
+    """What limits widths and radii, in floats: norms of derivatives by block and input, in a tube's coordinates."""
+
+    rate: Floats
+    second: Floats
+    third: Floats
+    radii: Floats
+
+    @classmethod
+    def of(cls, tube: Tube, motion: Any, inputs: int) -> "Room":
+        """Of the motion in a tube's coordinates and its inputs."""
+        rows = [slice(a, b) for a, b in pairwise((*tube.blocks, N))]
+        all_of = [*rows, *(slice(N + j, N + j + 1) for j in range(inputs))]
+        second = [[[length(motion.second[i, j, k]) for k in all_of] for j in all_of] for i in rows]
+        third = [[[[length(motion.third[i, j, k, n]) for n in all_of] for k in all_of] for j in all_of] for i in rows]
+        return cls(np.abs(tube.decay), np.array(second), np.array(third), np.array(tube.radii))
+
+    def bears(self, shares: Floats, radii: Floats) -> bool:
+        """Whether a tube of these radii bears these parts of the widths."""
+        blocks, reach = len(radii), np.concatenate([radii, shares])
+        row = np.einsum("ijk,j,k->i", self.second[:, :blocks], radii, reach)
+        row += WIDER * np.einsum("ijkl,j,k,l->i", self.third[:, :blocks], radii, reach, reach) / 2.0
+        push = np.einsum("ijk,j,k->i", self.second[:, blocks:, blocks:], shares, shares) / 2.0
+        push += WIDER * np.einsum("ijkl,j,k,l->i", self.third[:, blocks:, blocks:, blocks:], shares, shares, shares) / 6
+        return bool(np.all(row + push < self.rate * radii))
+
+    def scaled(self, shares: Floats, radii: Floats) -> float:
+        """By what parts of the widths may be multiplied, at most."""
+        low, high = 0.0, 1.0
+        while self.bears(high * shares, radii) and high < 1e6:
+            low, high = high, 2.0 * high
+        for _ in range(20):
+            middle = (low + high) / 2.0
+            low, high = (middle, high) if self.bears(middle * shares, radii) else (low, middle)
+        return low
+
+    def widest(self) -> Found:
+        """The widths of the greatest product, and the radii that go with them."""
+        inputs, step = self.second.shape[-1] - len(self.radii), 2.0
+        shares, radii = np.full(inputs, 0.1), 0.5 * self.radii
+        shares = shares * self.scaled(shares, radii)
+        for _ in range(STEPS):
+            tried = []
+            for n in range(inputs + len(radii)):
+                for sign in (1, -1):
+                    by = np.where(np.arange(inputs + len(radii)) == n, step**sign, 1.0)
+                    one, two = shares * by[:inputs], radii * by[inputs:]
+                    tried.append(Found(one * self.scaled(one, two), two))
+            best = max(tried, key=lambda found: found.product)
+            if best.product > 1.001 * float(np.prod(shares)):
+                shares, radii = best.shares, best.radii
+            elif step < 1.05:
+                break
+            else:
+                step = float(np.sqrt(step))
+        return Found(shares, radii)

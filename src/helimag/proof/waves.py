@@ -51,6 +51,10 @@ class Waves:
         rows = [[exact(float(value)) for value in row] for row in np.hstack([self.cos, self.sin])]
         return flint().arb_mat(rows)
 
+    def series(self, at: "arb", order: int) -> "arb_mat":
+        """Taylor coefficients (n, order) around every time of a ball."""
+        return self.matrix * basis(self.cos.shape[1], at, order)
+
 
 def basis(harmonics: int, at: "arb", order: int) -> "arb_mat":
     """Taylor coefficients (2 harmonics, order) of all cosines, then sines, around every time of a ball."""

@@ -8,6 +8,7 @@ from typing import Any
 from helimag.errors import HelimagError
 from helimag.studio.live import Live
 
+INTERVAL = 0.5  # s between words of how far it has come
 PATIENCE = 0.02  # s between looks at whether the live run is done
 
 
@@ -35,14 +36,23 @@ class Job:
         work: Callable[[Callable[[float], None]], Any],
         done: Callable[[Any], None],
         failed: Callable[[str], None],
+        heard: Callable[[float], None] | None = None,
     ) -> None:
-        """Do ``work(progress)`` in a thread; ``done`` gets what it returns, ``failed`` why it did not, there too."""
+        """Do ``work(progress)`` in a thread; ``done`` gets what it returns, ``failed`` why it did not, there too.
+
+        ``heard`` gets the fraction done now and then.
+        """
         self._number += 1
         number, self.fraction, self.running = self._number, 0.0, True
+        told = time.monotonic()
 
         def progress(fraction: float) -> None:
+            nonlocal told
             self._breathe(number)
             self.fraction = fraction
+            if heard is not None and time.monotonic() - told > INTERVAL:
+                told = time.monotonic()
+                heard(fraction)
 
         def run() -> None:
             try:

@@ -43,7 +43,7 @@ def stokeslet_mean(points: Floats, corners: Floats) -> Floats:
     Parameters
     ----------
     points
-        Where (n, 3), m; anywhere but exactly on an edge.
+        Where (n, 3), m.
     corners
         A triangle for each point (n, 3, 3), m.
 
@@ -82,7 +82,8 @@ def _edge_integrals(start: Floats, lengths: Floats, distance: Floats) -> tuple[F
     behind = start + end < 0.0  # of two equal forms the one that does not cancel
     top = np.where(behind, distance - start, far + end)
     bottom = np.where(behind, far - end, distance + start)
-    return np.log(top / bottom), far - distance
+    # on an edge 1/R has no integral, but all that it is multiplied with is nought there: any finite number will do
+    return np.log(top / np.maximum(bottom, np.finfo(float).tiny)), far - distance
 
 
 def _solid_angle(r: Floats, distance: Floats) -> Floats:

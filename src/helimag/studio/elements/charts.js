@@ -1,7 +1,7 @@
 // Charts of a run, one above the other, with the scene's time as a line through all of them.
 import { clock } from "helimag-studio/clock.js";
 import { place, runs, scalar } from "helimag-studio/runs.js";
-import { FONT, colour, on_theme, sized, ticks } from "helimag-studio/ticks.js";
+import { FONT, colour, on_theme, sized, ticks, written } from "helimag-studio/ticks.js";
 
 const LEFT = 46;
 const RIGHT = 12;
@@ -24,13 +24,16 @@ const PANELS = [
       ["thrust", "thrust", "green"],
     ],
     legend: true,
+    cut: true,
   },
 ];
+const USUAL = 0.96; // share of the values that an axis shows at least, where the rest would flatten them: a pull at contact
+const OUT = 5; // times as far as those
 
 export default {
   template: `
     <div class="hs-charts" @pointerdown="grab" @pointermove="move" @pointerup="held = false" @pointerleave="held = false"
-         tabindex="0" role="img" aria-label="Charts of the run over time" @keydown="key">
+         role="img" aria-label="Charts of the run over time">
       <canvas ref="still"></canvas><canvas ref="moving" class="hs-over"></canvas>
     </div>`,
   mounted() {
@@ -72,16 +75,18 @@ export default {
     frame_of(panel, run, top, height) {
       let low = Infinity;
       let high = -Infinity;
+      let cut = false;
       for (const each of [run, ...runs.others])
         for (const [name] of panel.lines.concat((panel.band || []).map((b) => [b])))
-          if (each[name])
-            for (const value of each[name]) {
-              if (value < low) low = value;
-              if (value > high) high = value;
-            }
+          if (each[name]) {
+            const found = panel.cut ? usual(each[name]) : all(each[name]);
+            low = Math.min(low, found.low);
+            high = Math.max(high, found.high);
+            cut = cut || found.cut;
+          }
       if (!(low <= high)) [low, high] = [-1, 1];
       const room = Math.max(0.08 * (high - low), 0.02 * Math.max(Math.abs(low), Math.abs(high)), 1e-3);
-      return { top, height, low: low - room, high: high + room };
+      return { top, height, low: low - room, high: high + room, cut };
     },
     y(frame, value) {
       return frame.top + (frame.height * (frame.high - value)) / (frame.high - frame.low);
@@ -100,13 +105,13 @@ export default {
         pen.lineTo(right, y);
         pen.stroke();
         pen.fillStyle = colour("muted");
-        pen.fillText(tick.toFixed(digits).replace("-", "\u2212"), LEFT - 6, y);
+        pen.fillText(written(tick, digits), LEFT - 6, y);
       }
       pen.textAlign = "left";
       pen.fillStyle = colour("text");
       pen.fillText(panel.title, LEFT, frame.top - 10);
       pen.fillStyle = colour("muted");
-      pen.fillText(panel.unit, LEFT + pen.measureText(panel.title).width + 6, frame.top - 10);
+      pen.fillText(panel.unit + (frame.cut ? ", peak cut off" : ""), LEFT + pen.measureText(panel.title).width + 6, frame.top - 10);
       pen.save();
       pen.beginPath();
       pen.rect(LEFT, frame.top, right - LEFT, frame.height);
@@ -189,7 +194,7 @@ export default {
         const value = scalar(run[name], at);
         pen.textAlign = "right";
         pen.fillStyle = colour("text");
-        const label = Number.isFinite(value) ? value.toFixed(1).replace("-", "\u2212") : "out of step";
+        const label = Number.isFinite(value) ? written(value, 1) : "out of step";
         pen.fillText(label, this.size[0] - RIGHT, this.frames[i].top - 10);
         pen.fillStyle = colour("accent");
         pen.beginPath();
@@ -207,9 +212,25 @@ export default {
       clock.playing = false;
       clock.seek(((x - LEFT) / (this.size[0] - LEFT - RIGHT)) * this.end);
     },
-    key(event) {
-      const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-      if (step) clock.seek(clock.time + (step * clock.end) / 100);
-    },
   },
 };
+
+function all(values) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return { low, high, cut: false };
+}
+
+// where all but a few values lie, if those few lie far away
+function usual(values) {
+  const whole = all(values);
+  const sorted = Float32Array.from(values).filter(Number.isFinite).sort();
+  if (!sorted.length) return whole;
+  const edge = Math.floor(((1 - USUAL) / 2) * sorted.length);
+  const [low, high] = [sorted[edge], sorted[sorted.length - 1 - edge]];
+  const reach = OUT * Math.max(high - low, Math.abs(low), Math.abs(high));
+  return whole.high > high + reach || whole.low < low - reach ? { low, high, cut: true } : whole;
+}

@@ -1,5 +1,5 @@
 // A map over two inputs, filled in as its runs come in; a click takes the sliders there.
-import { FONT, colour, on_theme, sized, ticks } from "helimag-studio/ticks.js";
+import { FONT, colour, on_theme, sized, ticks, written } from "helimag-studio/ticks.js";
 
 const LEFT = 52;
 const RIGHT = 14;
@@ -11,7 +11,8 @@ const SHADES = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80"
 export default {
   template: `
     <div class="hs-map" data-testid="map" @click="pick" @pointermove="hover" @pointerleave="told = null" role="img"
-         :aria-label="'Map over ' + first.label + ' and ' + second.label" :data-cells="cells.length" :data-curves="curves.length">
+         :aria-label="'Map over ' + first.label + ' and ' + second.label" :data-cells="cells.length" :data-curves="curves.length"
+         :data-box="box ? box.join(' ') : ''">
       <canvas ref="canvas"></canvas>
       <div v-if="told" class="hs-tip" :style="{left: told.x + 'px', top: told.y + 'px'}">{{ told.text }}</div>
     </div>`,
@@ -130,10 +131,10 @@ export default {
       const across = ticks(this.first.low, this.first.high, Math.max(2, Math.floor(width / 80)));
       pen.textAlign = "center";
       for (const tick of across.found)
-        pen.fillText(tick.toFixed(across.digits).replace("-", "\u2212"), this.x(tick), height - FOOT + 12);
+        pen.fillText(written(tick, across.digits), this.x(tick), height - FOOT + 12);
       const up = ticks(this.second.low, this.second.high, Math.max(2, Math.floor(height / 50)));
       pen.textAlign = "right";
-      for (const tick of up.found) pen.fillText(tick.toFixed(up.digits).replace("-", "\u2212"), LEFT - 6, this.y(tick));
+      for (const tick of up.found) pen.fillText(written(tick, up.digits), LEFT - 6, this.y(tick));
       pen.fillStyle = colour("text");
       pen.textAlign = "center";
       pen.fillText(`${this.first.label} (${this.first.unit})`, (LEFT + width - RIGHT) / 2, height - 10);

@@ -2,7 +2,7 @@
 import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
 import { clock } from "helimag-studio/clock.js";
 import { place, runs, scalar, vector } from "helimag-studio/runs.js";
-import { colour, on_theme } from "helimag-studio/ticks.js";
+import { colour, on_theme, written } from "helimag-studio/ticks.js";
 
 const SHARE = 0.18; // of the scene's size: the device is enlarged to about this
 const FASTEST = 1.2; // turns a second that the eye can follow; what turns faster is shown slowed
@@ -125,7 +125,7 @@ export default {
       this.bodies(run);
       this.past = this.line(run.position, "blue", 1);
       this.group.add(this.past, this.line(run.position, "blue", 0.25), this.line(run.magnet, "grey", 0.7));
-      runs.others.forEach((other, i) => this.group.add(this.line(other.position, "other" + (i % 3), 0.8)));
+      runs.others.forEach((other, i) => this.group.add(this.dashed(other.position, "other" + (i % 3), 0.012 * size)));
       this.axis = this.arrow("green", 0.2 * size);
       this.thrust = this.arrow("purple", 0.3 * size);
       this.group.add(this.axis, this.thrust);
@@ -184,15 +184,20 @@ export default {
       grid.material = this.material("LineBasicMaterial", "line", { transparent: true, opacity: 0.55 });
       this.group.add(grid);
       this.group.add(this.label(low[2] === null ? "open water, 20 mm grid" : "floor, 20 mm grid", [grid.position.x - half, grid.position.y - half, bottom], "hs-3d hs-quiet"));
-      if (high[2] !== null) this.sheet(2 * half, [grid.position.x, grid.position.y, high[2]], "surface");
+      if (high[2] !== null) this.sheet(this.across(low, high, grid.position, half), high[2], "surface");
       this.walls(low, high, bottom, high[2] ?? box.max.z);
     },
-    sheet(width, at, words) {
+    // ends of a level sheet: the walls, or as far as the grid goes
+    across(low, high, middle, half) {
+      const end = (side, axis, sign) => side[axis] ?? middle.getComponent(axis) + sign * half;
+      return [0, 1].map((axis) => [end(low, axis, -1), end(high, axis, 1)]);
+    },
+    sheet([[left, right], [front, back]], level, words) {
       const more = { transparent: true, opacity: 0.16, side: THREE.DoubleSide, depthWrite: false };
       const material = this.material("MeshBasicMaterial", "sky", more);
-      const sheet = new THREE.Mesh(new THREE.PlaneGeometry(width, width), material);
-      sheet.position.set(...at);
-      this.group.add(sheet, this.label(words, [at[0] - width / 2, at[1] - width / 2, at[2]], "hs-3d hs-quiet"));
+      const sheet = new THREE.Mesh(new THREE.PlaneGeometry(right - left, back - front), material);
+      sheet.position.set((left + right) / 2, (front + back) / 2, level);
+      this.group.add(sheet, this.label(words, [left, front, level], "hs-3d hs-quiet"));
     },
     walls(low, high, bottom, top) {
       for (const [axis, side] of [[0, low], [0, high], [1, low], [1, high]]) {
@@ -244,6 +249,11 @@ export default {
       geometry.setAttribute("position", new THREE.Float32BufferAttribute(Float32Array.from(values), 3));
       return new THREE.Line(geometry, this.material("LineBasicMaterial", name, { transparent: opacity < 1, opacity }));
     },
+    dashed(values, name, dash) {
+      const line = this.line(values, name, 1);
+      line.material = this.material("LineDashedMaterial", name, { dashSize: dash, gapSize: 0.7 * dash });
+      return line.computeLineDistances();
+    },
     arrow(name, length) {
       const arrow = new THREE.Group();
       const [shaft, tip] = [new THREE.CylinderGeometry(0.008 * length, 0.008 * length, length, 10), new THREE.ConeGeometry(0.028 * length, 0.1 * length, 16)];
@@ -262,18 +272,18 @@ export default {
     },
     // lab axes at the origin, and the magnet's own
     frames(size) {
-      const length = 0.12 * size;
-      const triad = (words, words_at) => {
+      const triad = (words, length, below) => {
         const frame = new THREE.Group();
         [["x", 1, 0, 0], ["y", 0, 1, 0], ["z", 0, 0, 1]].forEach(([name, ...to]) => {
           const end = to.map((value) => value * length);
           frame.add(this.line([0, 0, 0, ...end], "text", 0.8), this.label(name, end.map((v) => 1.12 * v), "hs-3d"));
         });
-        frame.add(this.label(words, [0, 0, words_at * size], "hs-3d hs-quiet"));
+        frame.add(this.label(words, [0, 0, -below], "hs-3d hs-quiet"));
         return frame;
       };
-      this.group.add(triad("lab", -0.045));
-      this.moving = triad("magnet’s frame", -0.13);
+      const reach = Math.max(...runs.live.magnets.map((magnet) => Math.hypot(magnet.radius, magnet.height / 2)));
+      this.group.add(triad("lab", 0.12 * size, 0.045 * size));
+      this.moving = triad("magnet’s frame", Math.max(0.12 * size, 1.4 * reach), reach + 0.04 * size);
       this.group.add(this.moving);
       this.ends = [this.label("head", [0, 0, 0], "hs-3d"), this.label("", [0, 0, 0], "hs-3d")];
       this.group.add(this.ends[0]);
@@ -352,14 +362,13 @@ export default {
       if (this.slowed) remarks.push("turning shown slowed");
       this.told = {
         time: `${clock.time.toFixed(1)} s`,
-        height: `height ${head.z.toFixed(1)} mm`.replace("-", "\u2212"),
+        height: `height ${written(head.z, 1)} mm`,
         gap: `gap ${scalar(run.gap, at).toFixed(1)} mm`,
         remarks,
       };
     },
     play() {
-      if (!clock.playing && clock.time >= clock.end) clock.seek(0);
-      clock.playing = !clock.playing;
+      clock.toggle();
     },
     scrub(event) {
       clock.playing = false;

@@ -1,12 +1,13 @@
 """The bar: presets, files, links, undo and redo, export, dark or light."""
 
 from collections.abc import Callable
+from functools import cache
 
 from nicegui import ui
 
 from helimag.errors import HelimagError
 from helimag.runs import Trajectory
-from helimag.scenario import load, preset_names
+from helimag.scenario import Scenario, load, preset_names
 from helimag.studio.downloads import FORMATS, file_name, written
 from helimag.studio.intake import MOST_TEXT, link_of, scenario_from_bytes
 from helimag.studio.jobs import Job
@@ -55,13 +56,22 @@ def _presets(tab: Tab) -> None:
             shown[0] = name
             tab.change(lambda _: load(name))
 
-    def show(_: object) -> None:
-        name = tab.scenario.name if tab.scenario.name in names else None
-        shown[0] = name or ""
-        chosen.set_value(name)
+    def show(scenario: Scenario) -> None:
+        name = scenario.name if scenario.name in names else None
+        changed = name is not None and _hash_of(name) != scenario.hash
+        shown[0] = "" if name is None or changed else name
+        chosen.set_value(shown[0] or None)
+        label = f"{name}, changed" if changed else "Preset"
+        if chosen.props.get("label") != label:
+            chosen.props(f'label="{label}"')
 
     chosen.on_value_change(lambda event: pick(event.value))
     tab.scenario_listeners.append(show)
+
+
+@cache
+def _hash_of(preset: str) -> str:
+    return load(preset).hash
 
 
 def _open(tab: Tab) -> None:
@@ -134,7 +144,7 @@ ICONS = {"auto": "contrast", "light": "light_mode", "dark": "dark_mode"}
 
 
 def _key(tab: Tab, event: object) -> None:
-    """Ctrl+Z and Ctrl+Y; the space bar plays, as the scene hears itself."""
+    """Ctrl+Z and Ctrl+Y; the keys of time are the page's own (``static/clock.js``)."""
     action = getattr(event, "action", None)
     key = getattr(event, "key", None)
     modifiers = getattr(event, "modifiers", None)

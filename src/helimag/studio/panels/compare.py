@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
 from nicegui import ui
-from numpy.typing import NDArray
 
 from helimag.engine import initial_gap
 from helimag.errors import HelimagError
@@ -16,8 +14,6 @@ from helimag.studio.panels.controls import button, chooser
 from helimag.studio.picture import overlaid
 from helimag.studio.pictures import Shelf
 from helimag.studio.tab import Tab
-
-Floats = NDArray[np.float64]
 
 MOST = 3  # runs at once: as many as colours that can be told apart
 
@@ -113,25 +109,18 @@ def _card(number: int, laid: Laid, live: Trajectory) -> None:
 
 def _difference(run: Trajectory, live: Trajectory) -> str:
     """How far apart they are."""
-    if run.dataset.attrs.get("source") == "simulated":
-        until = min(float(each.dataset["time"].values[-1]) for each in (run, live))
-        times = run.dataset["time"].values
-        shared = times[times <= until]
-        apart = np.linalg.norm(_at(run, shared) - _at(live, shared), axis=0)
-        mean, most = 1e3 * float(np.sqrt(np.mean(apart**2))), 1e3 * float(apart.max())
-        return f"apart {mean:.2f} mm rms, {most:.2f} mm at most, to {until:.0f} s"
+    simulated = run.dataset.attrs.get("source") == "simulated"
     try:
-        numbers = beside(run, live, align="fit").numbers
+        numbers = beside(run, live, align="none" if simulated else "fit").numbers
     except HelimagError as error:
         return str(error)
+    if simulated:
+        return (
+            f"apart {1e3 * numbers['difference_rms_m']:.2f} mm rms, {1e3 * numbers['difference_worst_m']:.2f} mm at "
+            f"most, to {numbers['until_s']:.0f} s"
+        )
     low, high = numbers["measured"]["gain_95"]
     return (
         f"apart {1e3 * numbers['difference_rms_m']:.2f} mm rms after the best fit, "
         f"{1e3 * numbers['difference_worst_m']:.2f} mm at most; measured gain 95 %: {low:.3f} to {high:.3f}"
     )
-
-
-def _at(run: Trajectory, times: Floats) -> Floats:
-    """Place of the head (3, n) at instants, linearly between samples."""
-    known, places = run.dataset["time"].values, run.dataset["position"].values
-    return np.stack([np.interp(times, known, places[:, i]) for i in range(3)])

@@ -91,6 +91,7 @@ class EnsemblePanel:
             lambda progress: outcomes(scenario, fit, errors, progress),
             self.tab.in_page(self.done),
             self.tab.in_page(self.status.set_text),
+            self.tab.in_page(lambda share: self.status.set_text(f"running copies ... {share:.0%}")),
         )
 
     def done(self, found: Ensemble) -> None:

@@ -20,7 +20,12 @@ def explain_panel(tab: Tab) -> Callable[[], None]:
         scenario = tab.scenario
         explained[0] = scenario.hash
         status.set_text("running each input a little off ...")
-        job.start(lambda progress: effects(scenario, progress), tab.in_page(done), tab.in_page(status.set_text))
+        job.start(
+            lambda progress: effects(scenario, progress),
+            tab.in_page(done),
+            tab.in_page(status.set_text),
+            tab.in_page(lambda share: status.set_text(f"running each input a little off ... {share:.0%}")),
+        )
 
     def done(found: list[Effect]) -> None:
         status.set_text("each input 5 % less and 5 % more, all else as it is")

@@ -13,6 +13,7 @@ from helimag.studio.jobs import Job
 from helimag.studio.knobs import BY_PATH, DIRECTION, present, unit_text
 from helimag.studio.mapping import (
     BOUNDARY_NODES,
+    NODES,
     STEPS,
     WIDTHS,
     Axis2D,
@@ -29,6 +30,7 @@ WHAT = {"gain": "Gain of the run", "stability": "Stability of the orbit"}
 AXES = ("drive.frequency", "drive.pitch")
 EMPTY = {"label": "", "unit": "", "low": 0.0, "high": 1.0}
 DESIGN_RUNS = 40
+HINT = "Compute fills the map around the present point; Tolerances looks in it for the inputs that forgive most."
 
 
 class MapPanel:
@@ -60,7 +62,7 @@ class MapPanel:
             button("Tolerances", "crop_free", self.design, "map-design")
             self.stop_button = button("Stop", None, self.stop, "map-stop", "flat")
             self.go_button = button("Go to the design", None, self.go, "map-go", "flat")
-        self.status = ui.label("").classes("hs-small").props('data-testid="map-status"')
+        self.status = ui.label(HINT).classes("hs-small").props('data-testid="map-status"')
         self.map = Map().classes("hs-fill")
         self.map.show(
             first=EMPTY, second=EMPTY, cells=[], curves=[], point=[0.5, 0.5], box=None, what="gain", stale=False
@@ -136,7 +138,10 @@ class MapPanel:
                 replace(stability(plane, nodes, progress))
 
         note = self.tab.in_page(self._say)
-        self._run("computing", gains if what == "gain" else orbits, lambda _: self._say("complete"))
+        if what == "gain":
+            self._run("computing", gains, lambda _: self._say("complete"), counted=False)
+        else:
+            self._run("computing", orbits, lambda _: self._say("complete"))
 
     def design(self) -> None:
         """Find the inputs within the map that forgive most, with tolerances that full runs confirm."""
@@ -167,7 +172,15 @@ class MapPanel:
 
         self._run("looking for inputs that forgive errors", work, done)
 
-    def _run(self, words: str, work: Callable[[Callable[[float], None]], Any], done: Callable[[Any], None]) -> None:
+    def _run(
+        self,
+        words: str,
+        work: Callable[[Callable[[float], None]], Any],
+        done: Callable[[Any], None],
+        *,
+        counted: bool = True,
+    ) -> None:
+        """Do work beside the page; ``counted`` says how far it has come."""
         self.status.set_text(f"{words} ...")
         self.stop_button.set_visibility(True)
 
@@ -179,7 +192,8 @@ class MapPanel:
             self.stop_button.set_visibility(False)
             self.status.set_text(problem)
 
-        self.job.start(work, self.tab.in_page(ended), self.tab.in_page(failed))
+        share = self.tab.in_page(lambda done: self.status.set_text(f"{words} ... {done:.0%}"))
+        self.job.start(work, self.tab.in_page(ended), self.tab.in_page(failed), share if counted else None)
 
     def _say(self, words: str) -> None:
         self.status.set_text(words)
@@ -212,6 +226,7 @@ class MapPanel:
 
     def _add(self, cells: list[Cell]) -> None:
         self.cells += cells
+        self.status.set_text(f"computing ... {len(self.cells)} of {NODES**2} cells")
         self.show()
 
     def _replace(self, found: Stability) -> None:

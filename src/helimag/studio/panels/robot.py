@@ -68,6 +68,7 @@ def robot_panel(tab: Tab) -> Callable[[], None]:
             lambda progress: programme(scenario, unwind=asked[0], accept=asked[1], progress=progress),
             tab.in_page(done),
             tab.in_page(status.set_text),
+            tab.in_page(lambda share: status.set_text(f"planning and rehearsing ... {share:.0%}")),
         )
 
     def done(result: Programme) -> None:

@@ -15,6 +15,10 @@ export const clock = {
   seek(time) {
     this.time = Math.min(this.end, Math.max(0, time));
   },
+  toggle() {
+    if (!this.playing && this.time >= this.end) this.seek(0);
+    this.playing = !this.playing;
+  },
   // a new run: what was looked at stays in view; at the end one stays at the end
   reach(end) {
     const share = this.end > 0 ? this.time / this.end : 1;
@@ -22,6 +26,19 @@ export const clock = {
     this.time = share >= 0.999 ? end : Math.min(this.time, end);
   },
 };
+
+// keys, but for what has keys of its own
+const STEPS = { ArrowLeft: -0.01, ArrowRight: 0.01, PageUp: -0.1, PageDown: 0.1 }; // of the run
+window.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.target.closest?.("input, select, textarea, button, [role=listbox], [role=tab], [role=menu]")) return;
+  if (event.key === " ") clock.toggle();
+  else if (event.key in STEPS) clock.seek(clock.time + STEPS[event.key] * clock.end);
+  else if (event.key === "Home") clock.seek(0);
+  else if (event.key === "End") clock.seek(clock.end);
+  else return;
+  event.preventDefault();
+});
 
 let last = performance.now();
 function frame(now) {

@@ -1,6 +1,6 @@
-// Axes of charts and maps.
+// Axes of charts and maps, and numbers as the page writes them.
 export function ticks(low, high, wanted) {
-  const raw = (high - low) / Math.max(1, wanted);
+  const raw = (0.8 * (high - low)) / Math.max(1, wanted);
   const power = Math.pow(10, Math.floor(Math.log10(raw)));
   const step = [1, 2, 5, 10].find((m) => m * power >= raw) * power;
   const found = [];
@@ -42,5 +42,11 @@ new MutationObserver(() => {
   colours.clear();
   for (const listener of listeners) listener();
 }).observe(document.body, { attributes: true, attributeFilter: ["class"] });
+
+// a number with a real minus, and no minus before nought
+export function written(value, digits) {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "\u2212");
+}
 
 export const FONT = "11px Roboto, 'Helvetica Neue', sans-serif";

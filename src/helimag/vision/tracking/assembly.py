@@ -20,7 +20,7 @@ from helimag.vision.tracking.alignment import Offset, at, by_roll, find_offset, 
 from helimag.vision.tracking.detection import HALF
 from helimag.vision.tracking.pose import DevicePoses, Fit, darker_end, lengths, oriented, solve
 from helimag.vision.tracking.search import Sighting, search
-from helimag.vision.tracking.uncertainty import Deviations, covariances
+from helimag.vision.tracking.uncertainty import Deviations, covariances, noise_variances, taken_away
 from helimag.vision.tracking.views import PreparedView, parted, prepared
 
 Floats = NDArray[np.float64]
@@ -320,10 +320,11 @@ def _trajectory(
     axis = both[:, 3:] / np.linalg.norm(both[:, 3:], axis=1, keepdims=True)
     level = np.sqrt(np.maximum(1.0 - axis[:, 2] ** 2, 1e-12))
     known = covariances(rig, shape, poses, spread, np.sum(weights * weights, axis=1))
-    # what smoothing takes from a swift motion, next to gaps most, is about what it would take once more
-    taken = sharpened(time, both, interval)[0] - both
-    covariance = known.head + np.einsum("ni,nj->nij", taken[:, :3], taken[:, :3])
-    lean = known.axis[:, 2, 2] + taken[:, 5] ** 2
+    raw = np.concatenate([poses.head, poses.axis], axis=1)
+    own = 1.0 - 2.0 * weights[:, weights.shape[1] // 2] + np.sum(weights * weights, axis=1)
+    lost = taken_away(raw - both, np.concatenate(noise_variances(poses, spread.fresh, own), axis=1))
+    covariance = known.head + lost[:, :3, None] * np.eye(3)
+    lean = known.axis[:, 2, 2] + lost[:, 5]
     return Trajectory.from_arrays(
         time,
         {

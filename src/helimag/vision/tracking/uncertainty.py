@@ -11,6 +11,9 @@ from helimag.vision.tracking.pose import DevicePoses
 
 Floats = NDArray[np.float64]
 
+AROUND = 5  # samples over which it is judged whether noise explains what smoothing takes away
+BEYOND_NOISE = 4.0  # times the variance that noise would have; noise alone exceeds that once in a thousand
+
 
 class Deviations(NamedTuple):
     """Of the eight measured numbers of each frame (n, 8) in px: what is fresh in every frame, what stays as long as a
@@ -49,6 +52,31 @@ def covariances(rig: Rig, shape: Shape, poses: DevicePoses, spread: Deviations, 
     head = head + np.einsum("kni,knj->nij", moved, moved)
     axis = axis + np.einsum("kni,knj->nij", swung, swung)
     return Covariances(head, axis, noise)
+
+
+def noise_variances(poses: DevicePoses, fresh: Floats, share: Floats) -> tuple[Floats, Floats]:
+    """Variances (n, 3) of head (m^2) and axis by a share (n,) of the fresh noise's variance."""
+    spread = fresh * np.sqrt(np.maximum(share, 0.0))[:, None]
+    head, axis = (np.einsum("nii->ni", _carried(gain, spread)) for gain in (poses.head_gain, poses.axis_gain))
+    return np.asarray(head), np.asarray(axis)
+
+
+def taken_away(rest: Floats, expected: Floats) -> Floats:
+    """Variance (n, k) of the motion that smoothing takes away with the noise, 0 where noise explains what it takes.
+
+    A swing at 3.5 Hz next to lost frames is not a polynomial: there smoothing is off by more than it gains.
+
+    Parameters
+    ----------
+    rest
+        (n, k): samples less what smoothing makes of them.
+    expected
+        (n, k): variance of that by noise alone.
+    """
+    size = min(AROUND, rest.shape[0])
+    ones = np.ones(size) / size
+    mean, due = (np.apply_along_axis(np.convolve, 0, values, ones, "same") for values in (rest**2, expected))
+    return np.where(mean > BEYOND_NOISE * due, np.maximum(rest**2, mean), 0.0)
 
 
 def _carried(gain: Floats, spread: Floats) -> Floats:

@@ -1,0 +1,306 @@
+"""Random runs of all kinds, with leaps and directly, beside direct steps so fine that two tolerances agree.
+
+    python benchmarks/random_runs.py --from 0 --to 300
+
+Run number n is the same whatever the slice. It counts where direct steps at tolerances of 1e-10 and 1e-11 agree: end,
+verdict and slips the same, places within 1e-7 m, and times of the end within 0.1 ms.
+"""
+
+import argparse
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from helimag.engine import DOP853, MULTIREVOLUTION, History, Method, accuracy_of, advance
+from helimag.scenario import Scenario, load, parse
+
+SLICE = 20  # runs at a time
+METHODS = {"leaps": MULTIREVOLUTION, "direct": DOP853}
+WALLS = {"workspace.floor": -0.05, "workspace.surface": 0.03}
+TWO_MAGNETS = """
+[[magnet]]
+moment = "{moment} A m^2"
+radius = "17.5 mm"
+height = "20 mm"
+offset = ["-20 mm", "0 mm", "0 mm"]
+[[magnet]]
+moment = "{moment} A m^2"
+radius = "17.5 mm"
+height = "20 mm"
+offset = ["20 mm", "0 mm", "0 mm"]
+phase = "{phase} deg"
+"""
+Changes = dict[str, object]
+
+
+def mirrored(run: Scenario) -> Scenario:
+    """The other handedness, so that the device swims and is carried the other way along x."""
+    drive = run.drive
+    return run.replaced(
+        {"device.helix.handedness": "right", "drive.yaw_rate": -drive.yaw_rate, "drive.pitch": -drive.pitch}
+    )
+
+
+def frequency(rng: np.random.Generator) -> float:
+    """Of the magnet (Hz)."""
+    return float(np.exp(rng.uniform(math.log(0.5), math.log(8.0))))
+
+
+def circle(rng: np.random.Generator) -> Changes:
+    """A drive in circles, near to those of Fig. 3."""
+    return {
+        "drive.pitch": math.radians(rng.uniform(8.0, 17.0)),
+        "drive.distance": rng.uniform(0.12, 0.17),
+        "drive.yaw_rate": math.radians(rng.uniform(0.5, 3.0)),
+        "drive.frequency": rng.uniform(2.0, 4.5),
+    }
+
+
+def in_circles(rng: np.random.Generator) -> Scenario:
+    """Helix first, Fig. 3."""
+    return load("paper/fig3c").replaced(circle(rng))
+
+
+def losing_step(rng: np.random.Generator) -> Scenario:
+    """Head first, some of which lose step on the way, and of two drags."""
+    model = rng.choice(["lighthill", "gray-hancock"])
+    return load("nose-first/fig3c").replaced(circle(rng) | {"device.hydrodynamics.model": str(model)})
+
+
+def any_frequency(rng: np.random.Generator) -> Scenario:
+    """All frequencies at distances where a device keeps in step, or slips."""
+    preset = str(rng.choice(["paper/fig3a", "nose-first/fig3b"]))
+    reach = {"drive.frequency": frequency(rng), "drive.distance": rng.uniform(0.1, 0.25)}
+    return load(preset).replaced(circle(rng) | reach)
+
+
+def attracted(rng: np.random.Generator) -> Scenario:
+    """Near the magnet."""
+    return load("paper/fig3c").replaced(circle(rng) | {"drive.distance": rng.uniform(0.085, 0.12)})
+
+
+def falling(rng: np.random.Generator) -> Scenario:
+    """Heavy devices in thick or thin fluid, some between floor and surface."""
+    heavy = {"device.weight.net_weight": rng.uniform(50e-6, 300e-6), "fluid.viscosity": rng.uniform(0.3, 4.0)}
+    walls = WALLS if rng.random() < 0.5 else {}
+    return load("paper/fig3c").replaced(circle(rng) | heavy | walls)
+
+
+def straight(rng: np.random.Generator) -> Scenario:
+    """The rows of Table I in the paper's tank, a little different, at all frequencies."""
+    row, group = rng.integers(1, 8), rng.choice(["paper", "nose-first"])
+    run = load(f"{group}/table1-row{row}")
+    changes: Changes = {
+        "drive.distance": run.drive.distance * rng.uniform(0.95, 1.1),
+        "drive.pitch": run.drive.pitch + math.radians(rng.uniform(-3.0, 3.0)),
+    }
+    if rng.random() < 0.5:
+        changes["drive.frequency"] = frequency(rng)
+    return run.replaced(changes)
+
+
+def held(rng: np.random.Generator) -> Scenario:
+    """The same with walls that hold what touches them."""
+    return straight(rng).replaced({"workspace.contact": "hold", "run.duration": 100.0})
+
+
+def other_magnets(rng: np.random.Generator) -> Scenario:
+    """A cylinder, or two magnets."""
+    run = load("paper/fig3c").replaced(circle(rng))
+    if rng.random() < 0.5:
+        return run.replaced({"magnet.field": "cylinder"})
+    pair = TWO_MAGNETS.format(moment=rng.uniform(6.0, 11.0), phase=rng.uniform(-20.0, 20.0))
+    text = run.to_toml()
+    begin, end = text.index("[magnet]"), text.index("[drive]")
+    return parse(text[:begin] + pair + text[end:])
+
+
+def other_devices(rng: np.random.Generator) -> Scenario:
+    """Other helices, heads and fluids; one in four with true drag."""
+    run = load("nose-first/fig3c").replaced(circle(rng))
+    if rng.random() < 0.25:
+        return run.replaced({"device.hydrodynamics.model": "boundary"})
+    return run.replaced(
+        {
+            "device.helix.length": rng.uniform(7e-3, 16e-3),
+            "device.helix.pitch": rng.uniform(1.5e-3, 4e-3),
+            "device.head.radius": rng.uniform(0.4e-3, 1.2e-3),
+            "device.magnetic_moment": rng.uniform(3e-4, 12e-4),
+            "fluid.viscosity": rng.uniform(0.5, 3.0),
+            "drive.frequency": frequency(rng),
+        }
+    )
+
+
+def sampled(rng: np.random.Generator) -> Scenario:
+    """A path through samples: an arc that stops half way."""
+    run = load("paper/fig3c").replaced(circle(rng) | {"run.duration": 120.0})
+    times = np.linspace(0.0, 120.0, 40)
+    yaw = run.drive.yaw_rate * 60.0 * np.tanh(times / 60.0)
+    gap = run.drive.distance
+    tilt = run.drive.pitch
+    arm = np.array([math.sin(tilt) * gap, 0.0, math.cos(tilt) * gap])
+    rows = [f'["{-math.cos(a) * arm[0]} m", "{-math.sin(a) * arm[0]} m", "{arm[2]} m"]' for a in yaw]
+    path = f"""
+[drive.path]
+time = {[f"{t} s" for t in times]}
+position = [{", ".join(rows)}]
+yaw = {[f"{a} rad" for a in yaw]}
+""".replace("'", '"')
+    text = "\n".join(line for line in run.to_toml().splitlines() if not line.startswith("yaw_rate"))
+    begin = text.index("velocity = [")
+    text = text[:begin] + text[text.index("]", begin) + 1 :]
+    begin = text.index("[run]")
+    return parse(text[:begin] + path + text[begin:])
+
+
+FAMILIES = (
+    in_circles,
+    losing_step,
+    any_frequency,
+    attracted,
+    falling,
+    straight,
+    straight,
+    other_magnets,
+    other_devices,
+    any_frequency,
+    in_circles,
+    losing_step,
+    attracted,
+    falling,
+    held,
+    sampled,
+)
+
+
+def random_run(number: int) -> tuple[str, Scenario]:
+    """Run number ``number``, and its family."""
+    rng = np.random.default_rng([14, number])
+    family = FAMILIES[number % len(FAMILIES)]
+    run = family(rng)
+    if family in {in_circles, losing_step, any_frequency, attracted} and rng.random() < 0.4:
+        run = mirrored(run)
+    duration = min(run.run.duration, 400.0)
+    return family.__name__, run.replaced({"run.duration": duration, "run.interval": duration / 400.0})
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A run beside the exact one."""
+
+    family: str
+    number: int
+    method: str
+    verdict: bool  # the same
+    end: bool  # the same
+    time: float  # by how much the ends are apart, s
+    gain: float
+    extremes: float  # m
+    place: float  # largest distance at samples, m
+    bounded: bool  # whether the printed error bounds the true one
+    leapt: float
+
+    @property
+    def good(self) -> bool:
+        """Within what is promised."""
+        return self.verdict and self.end and self.time <= 1e-3 and self.gain <= 1e-5 and self.extremes <= 1e-6
+
+
+def distances(one: History, other: History) -> np.ndarray:
+    """Distances (m) between two runs at the samples that both came to."""
+    count = min(one.time.size, other.time.size)
+    same = one.time[:count] == other.time[:count]
+    return np.asarray(np.linalg.norm(one.states[:count, :3] - other.states[:count, :3], axis=1)[same])
+
+
+def known(one: History, other: History) -> bool:
+    """Whether two runs at close tolerances are the same run."""
+    same = one.status is other.status and one.slips[-1] == other.slips[-1]
+    near = distances(one, other).max() < 1e-7 and abs(one.time[-1] - other.time[-1]) < 1e-4
+    return bool(same and near and one.judge().verdict is other.judge().verdict)
+
+
+def bounded(history: History, exact: History, method: Method) -> bool:
+    """Whether the error that is printed bounds the true one, before the first slip and after it."""
+    told = accuracy_of(history, method=method)
+    away = distances(history, exact)
+    times = history.time[: away.size]
+    before = times < (math.inf if told.first_slip is None else told.first_slip)
+    early = away[before].max(initial=0.0) <= told.in_step
+    late = told.after_slip is None or away[~before].max(initial=0.0) <= told.after_slip
+    return bool(early and late)
+
+
+def gain_apart(one: float, other: float) -> float:
+    """Distance between two gains, of which some runs have none."""
+    return 0.0 if math.isnan(one) and math.isnan(other) else abs(one - other)
+
+
+def compared(family: str, number: int, name: str, history: History, exact: History) -> Comparison:
+    """A run beside the exact one."""
+    ours, theirs = history.judge(), exact.judge()
+    low = abs(float(history.records["low"].min() - exact.records["low"].min()))
+    high = abs(float(history.records["high"].max() - exact.records["high"].max()))
+    return Comparison(
+        family=family,
+        number=number,
+        method=name,
+        verdict=ours.verdict is theirs.verdict,
+        end=history.status is exact.status,
+        time=abs(float(history.time[-1] - exact.time[-1])),
+        gain=gain_apart(ours.gain, theirs.gain),
+        extremes=max(low, high),
+        place=float(distances(history, exact).max()),
+        bounded=bounded(history, exact, METHODS[name]),
+        leapt=history.leapt,
+    )
+
+
+def comparisons(numbers: range) -> Iterator[Comparison]:
+    """Every run of a slice whose exact course is known, by each method."""
+    kinds, runs = zip(*(random_run(number) for number in numbers), strict=True)
+    rough, exact = (advance(runs, tolerance=tolerance) for tolerance in (1e-10, 1e-11))
+    found = {name: advance(runs, method=method) for name, method in METHODS.items()}
+    for i, number in enumerate(numbers):
+        if known(rough[i], exact[i]):
+            for name, histories in found.items():
+                yield compared(kinds[i], number, name, histories[i], exact[i])
+
+
+def summary(name: str, found: list[Comparison], count: int) -> str:
+    """What one method kept to, in a line."""
+    ours = [c for c in found if c.method == name]
+    if not ours:
+        return f"{name}: none of {count} runs is known"
+    share = np.mean([c.bounded for c in ours])
+    kept = sum(c.good for c in ours)
+    return (
+        f"{name:6s} {len(ours)} of {count} runs known: {kept} within all bounds; at most "
+        f"{1e3 * max(c.time for c in ours):.1e} ms at the end, {max(c.gain for c in ours):.1e} of gain, "
+        f"{max(c.extremes for c in ours):.1e} m of extremes, {max(c.place for c in ours):.1e} m at samples; "
+        f"the printed error bounds {100.0 * share:.1f} %; {100.0 * np.mean([c.leapt for c in ours]):.0f} % leapt over"
+    )
+
+
+def main() -> None:
+    """Print what is out of bounds, and a summary."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--from", dest="first", type=int, default=0)
+    parser.add_argument("--to", dest="last", type=int, default=300)
+    options = parser.parse_args()
+    found: list[Comparison] = []
+    for begin in range(options.first, options.last, SLICE):
+        for one in comparisons(range(begin, min(begin + SLICE, options.last))):
+            found.append(one)
+            if not one.good or not one.bounded:
+                print(one, flush=True)
+        print(f"{begin + SLICE} ...", flush=True)
+    for name in METHODS:
+        print(summary(name, found, options.last - options.first))
+
+
+if __name__ == "__main__":
+    main()
