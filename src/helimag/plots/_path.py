@@ -87,7 +87,7 @@ def _draw_device(axes: Axes3D, run: Shown, size: float) -> None:
     for number, (place, nose) in enumerate(zip(places, long_axes(run.quaternion[places]), strict=True)):
         head = run.position[place]
         tail = head - times * 1e3 * run.scenario.device.length * nose
-        label = f"device ({times}\N{MULTIPLICATION SIGN}), dot: head" if number == 0 else None
+        label = "device's long axis, dot: head" if number == 0 else None
         axes.plot(*np.stack([head, tail], axis=1), color=ORANGE, linewidth=1.4, zorder=4)
         axes.plot(*head[:, None], "o", color=DARK, markersize=2.6, zorder=5)
         if label is not None:
