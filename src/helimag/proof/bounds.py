@@ -43,7 +43,7 @@ class Straight:
 
 
 @dataclass(frozen=True)
-class Bounds:
+class SpanBounds:
     """Upper bounds that hold over a span of time and for all values of the inputs, by block.
 
     Attributes
@@ -76,8 +76,8 @@ class Span:
     """What holds over a span: on the curve, in the tube, and ``far`` in the whole region from which all comes in."""
 
     straight: Straight
-    near: Bounds
-    far: Bounds
+    near: SpanBounds
+    far: SpanBounds
 
 
 def straights_of(views: Views, tube: Tube, numbers: "Sequence[int] | None" = None) -> "dict[int, Straight]":
@@ -148,7 +148,7 @@ def _span(views: Views, tube: Tube, k: int, straight: Straight) -> Span:
     return Span(straight, near, far)
 
 
-def _bounds(tube: Tube, straight: Straight, form: "Derivatives") -> Bounds:
+def _bounds(tube: Tube, straight: Straight, form: "Derivatives") -> SpanBounds:
     """The bounds within the radii that the derivatives are used for, which lie in the region."""
     blocks, linear, count = tube.columns, straight.linear, len(tube.blocks)
     along = range(len(form.parts))
@@ -159,7 +159,7 @@ def _bounds(tube: Tube, straight: Straight, form: "Derivatives") -> Bounds:
         root_of_squares(linear[i][j] - _constant(tube, b, i - rows[0], j - rows[0]) for i in rows for j in rows)
         for b, rows in enumerate(blocks)
     ]
-    return Bounds(
+    return SpanBounds(
         push=[
             size(
                 sum((root_of_squares(straight.push[i][j] for i in rows) for j in range(1 + len(leaning))), exact(0))

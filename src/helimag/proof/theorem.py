@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from helimag.proof.balls import exact, flint, largest, lower, size, upper
-from helimag.proof.bounds import Bounds
+from helimag.proof.bounds import SpanBounds
 from helimag.proof.tube import Tube
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class Theorem:
     tube_multipliers: tuple[Disc, ...]
 
 
-def theorem_of(tube: Tube, spans: Sequence[Bounds]) -> Theorem:
+def theorem_of(tube: Tube, spans: Sequence[SpanBounds]) -> Theorem:
     """What the bounds of all spans of a turn, in the tube, prove.
 
     Where an enclosure knows nothing its bounds are infinite, and nothing is proved.
@@ -107,7 +107,7 @@ def theorem_of(tube: Tube, spans: Sequence[Bounds]) -> Theorem:
     )
 
 
-def _decided(tube: Tube, spans: Sequence[Bounds]) -> tuple[bool, bool]:
+def _decided(tube: Tube, spans: Sequence[SpanBounds]) -> tuple[bool, bool]:
     """Whether these spans allow attraction, and existence alone."""
     radii = [exact(radius) for radius in tube.radii]
     blocks = range(len(radii))
@@ -119,12 +119,12 @@ def _decided(tube: Tube, spans: Sequence[Bounds]) -> tuple[bool, bool]:
     return stability, held
 
 
-def allows(tube: Tube, spans: Sequence[Bounds], *, attracting: bool) -> bool:
+def allows(tube: Tube, spans: Sequence[SpanBounds], *, attracting: bool) -> bool:
     """Whether these spans, perhaps some of a turn, allow attraction, or existence alone: for a search."""
     return _decided(tube, spans)[0 if attracting else 1]
 
 
-def _share(tube: Tube, spans: Sequence[Bounds], block: int, inside: "list[arb]", stable: bool) -> "arb":
+def _share(tube: Tube, spans: Sequence[SpanBounds], block: int, inside: "list[arb]", stable: bool) -> "arb":
     """Of the tube's radius, beyond which a block is not on an orbit that is known to lie within some radii."""
     push, radius = largest(span.push[block] for span in spans), exact(tube.radii[block])
     if stable:
@@ -134,7 +134,7 @@ def _share(tube: Tube, spans: Sequence[Bounds], block: int, inside: "list[arb]",
     return push / (pull * radius)
 
 
-def rate_in(span: Bounds, block: int, radii: "Sequence[arb]") -> "arb":
+def rate_in(span: SpanBounds, block: int, radii: "Sequence[arb]") -> "arb":
     """Bound of the logarithmic norm's row of a block, over a tube of these radii."""
     total = _own_rate(span, block, radii)
     for other, radius in enumerate(radii):
@@ -143,16 +143,16 @@ def rate_in(span: Bounds, block: int, radii: "Sequence[arb]") -> "arb":
     return total.upper()
 
 
-def _own_rate(span: Bounds, block: int, radii: "Sequence[arb]") -> "arb":
+def _own_rate(span: SpanBounds, block: int, radii: "Sequence[arb]") -> "arb":
     return span.rate[block] + sum((t * r for t, r in zip(span.twist[block], radii, strict=True)), exact(0))
 
 
-def _mixed(span: Bounds, block: int, other: int, radii: "Sequence[arb]") -> "arb":
+def _mixed(span: SpanBounds, block: int, other: int, radii: "Sequence[arb]") -> "arb":
     bent = sum((b * r for b, r in zip(span.bend[block][other], radii, strict=True)), exact(0))
     return span.mixed[block][other] + bent
 
 
-def _change_in(span: Bounds, block: int, radii: "Sequence[arb]") -> "arb":
+def _change_in(span: SpanBounds, block: int, radii: "Sequence[arb]") -> "arb":
     """Bound of the row sum of what the linearisation differs from the constant one, over a tube of these radii."""
     total = span.change[block]
     for other, radius in enumerate(radii):
@@ -160,7 +160,7 @@ def _change_in(span: Bounds, block: int, radii: "Sequence[arb]") -> "arb":
     return size(total)
 
 
-def enters(tube: Tube, spans: Sequence[Bounds], entry: Sequence[float]) -> bool:
+def enters(tube: Tube, spans: Sequence[SpanBounds], entry: Sequence[float]) -> bool:
     """Whether all that starts a turn within these radii comes into the tube, and on the way never leaves the region.
 
     With bounds that hold in the whole region: span by span at first, while fast blocks decay; then turn by turn with
@@ -181,7 +181,7 @@ def enters(tube: Tube, spans: Sequence[Bounds], entry: Sequence[float]) -> bool:
     return False
 
 
-def _everywhere(spans: Sequence[Bounds]) -> Bounds:
+def _everywhere(spans: Sequence[SpanBounds]) -> SpanBounds:
     """Bounds that hold in all spans."""
     blocks = range(len(spans[0].push))
     return replace(
@@ -194,7 +194,7 @@ def _everywhere(spans: Sequence[Bounds]) -> Bounds:
     )
 
 
-def _carried(span: Bounds, lengths: "list[arb]", step: "arb", region: "list[arb]") -> "list[arb] | None":
+def _carried(span: SpanBounds, lengths: "list[arb]", step: "arb", region: "list[arb]") -> "list[arb] | None":
     """Bounds of the blocks' lengths at the end of a span, from those at its beginning; None where they are not held.
 
     As long as the lengths are below those assumed, they are below what follows from them; so if that is less than was
@@ -225,7 +225,7 @@ def _time_in(rate: "arb", step: "arb") -> "arb":
     return size(step * largest([exact(1), (rate * step).exp()]))
 
 
-def _discs(tube: Tube, spans: Sequence[Bounds], radii: "Sequence[arb]") -> list[Disc]:
+def _discs(tube: Tube, spans: Sequence[SpanBounds], radii: "Sequence[arb]") -> list[Disc]:
     """Discs for all linearisations along motions in a tube of these radii."""
     blocks = range(len(radii))
     rate = largest(rate_in(span, b, radii) for span in spans for b in blocks)
