@@ -128,25 +128,24 @@ def _leaping_parts(system: System) -> tuple[wp.Function, wp.Function]:
     return build_tried(system), watched
 
 
-@cache
 def build_advance(system: System, method: Method) -> wp.Kernel:
-    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to.
+    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
+    return _advance(system, replace(method, leaps=method.leaps and leaps_hold(system)))
 
-    Steps are noted in place: a function of the whole progress would copy it at each, some percent of a run's time.
-    """
-    if method.leaps and not leaps_hold(system):
-        return build_advance(system, replace(method, leaps=False))
-    drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
+
+@cache
+def _advance(system: System, method: Method) -> wp.Kernel:
+    """Steps are noted in place: a function of the whole progress would copy it at each, some percent of the time."""
     attempt, rates = build_attempt(system, method), build_rates(system)
-    leaping, touched = method.leaps, system.medium.touched
+    leaping, local, touched = method.leaps, system.medium.local, system.medium.touched
     tried, watched = _leaping_parts(system) if leaping else (None, None)
     touching = touched is not None
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
         bodies: wp.array(dtype=Swimmer),
-        surroundings: wp.array(dtype=surroundings_type),
-        drives: wp.array(dtype=drive_type),
+        surroundings: wp.array(dtype=system.medium.surroundings_type),
+        drives: wp.array(dtype=system.drive_type),
         magnets: wp.array2d(dtype=FieldSource),
         controls: wp.array(dtype=Control),
         bounds: wp.array(dtype=Bounds),
