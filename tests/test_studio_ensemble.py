@@ -141,7 +141,8 @@ def with_plan(change):
     """A change of the plan's text."""
 
     def made(file):
-        file.attrs["plan"] = change(file.attrs["plan"])
+        held = file.attrs["plan"]
+        file.attrs["plan"] = change(held.decode() if isinstance(held, bytes) else held)
 
     return made
 

@@ -78,4 +78,6 @@ def attribute_of(content: bytes, name: str) -> str:
             found = file.attrs.get(name, "")
         except OSError as error:
             raise InputError(f"the file's '{name}' cannot be read: {error}") from None
+    if isinstance(found, bytes):  # text of fixed length
+        return found.decode("utf-8", "replace").rstrip("\0")
     return found if isinstance(found, str) else ""
