@@ -3,6 +3,7 @@ runs under way, stopped and gone on with."""
 
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
 
@@ -16,7 +17,9 @@ import oracles
 from helimag.engine import MAGNET_MODELS, Control, Medium, Method, advance, advancing, build_rates, system_of
 from helimag.engine import running as running_module
 from helimag.engine.control import scaled_square
+from helimag.engine.kernels import ready
 from helimag.engine.methods import weighted_sum
+from helimag.engine.observe import build_observe
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State, normalized
@@ -240,3 +243,21 @@ def test_a_run_of_decades_can_be_stopped():
         next(looks)
         begun = time.perf_counter()
     assert time.perf_counter() - begun < 1.0
+
+
+def test_kernels_are_made_for_one_thread_at_a_time():
+    """Warp's modules, and what is kept for a system, are not made for two: a page asks from several threads."""
+    kernel = build_observe(system_of(hm.load("nose-first/fig3c")))
+    inside, most = [], []
+
+    def build():
+        inside.append(None)
+        most.append(len(inside))
+        time.sleep(0.02)
+        inside.pop()
+        return kernel
+
+    with ThreadPoolExecutor(4) as pool:
+        made = list(pool.map(lambda _: ready(build, "cpu"), range(4)))
+    assert made == [kernel] * 4
+    assert max(most) == 1

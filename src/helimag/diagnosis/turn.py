@@ -1,7 +1,7 @@
 """Field and force over one turn of the magnets, on a device that keeps in step, by the kernels' own formulas."""
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -53,8 +53,7 @@ def over_a_turn(scenario: Scenario, places: Floats) -> tuple[Floats, Floats]:
 
     The RPM has its attitude at the start, and the device's moment lies along the field.
     """
-    kernel = build_turn(system_of(scenario).magnet)
-    ready(kernel, "cpu")
+    kernel = ready(partial(build_turn, system_of(scenario).magnet), "cpu")
     count = len(places)
     fields, forces = (wp.zeros((count, PHASES), dtype=wp.vec3d, device="cpu") for _ in range(2))
     magnets = wp.array(pack_magnets([scenario])[0], dtype=FieldSource, device="cpu")

@@ -1,11 +1,15 @@
 """Getting a Warp kernel ready, with a word to the user where that takes long."""
 
+import threading
+from collections.abc import Callable
+
 import warp as wp
 
 from helimag.engine.patience import announced
 from helimag.errors import FileError, InputError
 
 COMPILING = "compiling a kernel for this machine and keeping it (about ten seconds) ..."
+MAKING = threading.RLock()
 
 
 def check_device(device: str) -> None:
@@ -21,8 +25,10 @@ def check_device(device: str) -> None:
         raise InputError(f"device must be one of this machine's, {', '.join(known)}; got '{device}'")
 
 
-def ready(kernel: wp.Kernel, device: str) -> None:
-    """Compile or load ``kernel`` for ``device``; where that takes seconds, as once on each machine, stderr says so.
+def ready(build: Callable[[], wp.Kernel], device: str) -> wp.Kernel:
+    """The kernel that ``build`` makes, compiled or loaded for ``device``; where that takes seconds, stderr says so.
+
+    One thread at a time: Warp's modules, and the kernels kept for a system, are not made for two.
 
     Raises
     ------
@@ -34,11 +40,14 @@ def ready(kernel: wp.Kernel, device: str) -> None:
     check_device(device)
     target = wp.get_device(device)
     try:
-        with announced(COMPILING, log=f"a kernel of {kernel.module.name} made ready for {device}"):
-            kernel.module.load(target)
+        with MAKING:
+            kernel = build()
+            with announced(COMPILING, log=f"a kernel of {kernel.module.name} made ready for {device}"):
+                kernel.module.load(target)
     except OSError as error:
         place = wp.config.kernel_cache_dir
         raise FileError(
             f"compiled kernels cannot be kept in {place}: {error.strerror or error}; make room there, or let "
             "WARP_CACHE_PATH name another folder"
         ) from None
+    return kernel

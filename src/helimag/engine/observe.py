@@ -1,6 +1,6 @@
 """What else a trajectory holds beside states: the RPM's pose, the field and the phase lag."""
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import warp as wp
@@ -50,8 +50,7 @@ def build_observe(system: System) -> wp.Kernel:
 
 def observed(scenario: Scenario, times: Floats, states: Floats) -> dict[str, Floats]:
     """RPM position and moment, field at the head and phase lag at states (n, 7), by the kernels' own formulas."""
-    kernel = build_observe(system_of(scenario))
-    ready(kernel, "cpu")
+    kernel = ready(partial(build_observe, system_of(scenario)), "cpu")
     count = times.size
     position, moment, field = (wp.zeros(count, dtype=wp.vec3d, device="cpu") for _ in range(3))
     lag = wp.zeros(count, dtype=wp.float64, device="cpu")

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import closing
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,7 +134,7 @@ def advancing(
     for job in jobs:
         job.system.medium.pack(job.scenarios, device)  # tables are made here, where Ctrl-C is heard, and kept
     for formulas in {job.system: None for job in jobs}:
-        ready(build_advance(formulas, method), device)
+        ready(partial(build_advance, formulas, method), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
     workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
     told = "1 run" if len(scenarios) == 1 else f"{len(scenarios)} runs"

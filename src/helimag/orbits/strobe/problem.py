@@ -73,9 +73,7 @@ def let_go(scenario: Scenario) -> Scenario:
 
 @cache
 def _kernel(system: System, held: bool) -> wp.Kernel:
-    kernel = build_pass(system, DOP853, held)
-    ready(kernel, "cpu")
-    return kernel
+    return ready(partial(build_pass, system, DOP853, held), "cpu")
 
 
 class Problem:
