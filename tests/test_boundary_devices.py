@@ -230,6 +230,12 @@ def test_surfaces_of_devices_are_closed():
     assert len(checked(next(device_surfaces(short(helix=None, head=cylinder).device)).corners, "head")) > 100
 
 
+def inside_out_beside():
+    """A ball, and a smaller one beside it that faces inwards."""
+    ball = sphere(2).corners
+    return np.concatenate([ball, 0.5 * ball[:, ::-1] + np.array([3.0, 0.0, 0.0])])
+
+
 def test_closed_surfaces_pass():
     assert checked(sphere(2).corners, "ball").part.max() == 0
     assert checked(two_balls(2.5), "pair").part.max() == 1
@@ -242,10 +248,11 @@ def test_closed_surfaces_pass():
         (sphere(1).corners[:1, [[0, 1, 2], [0, 2, 1]]][0], ["encloses nothing"]),
         (sphere(2).corners[:, ::-1], ["is inside out", "-4.19 m^3"]),
         (np.concatenate([sphere(2).corners[1:], sphere(2).corners[:1, ::-1]]), ["partly inside out", "3 edges"]),
+        (inside_out_beside(), ["2 pieces", "inside out", "cavity"]),
         (two_balls(1.5), ["crosses itself", "pairs of triangles"]),
         (np.concatenate([sphere(2).corners, sphere(2).corners[:1]]), ["three or more", "3 edges"]),
     ],
-    ids=["open", "flat", "inside out", "one face turned", "crossing", "face twice"],
+    ids=["open", "flat", "inside out", "one face turned", "one piece", "crossing", "face twice"],
 )
 def test_bad_surfaces_are_refused_with_what_is_wrong(corners, words):
     with pytest.raises(hm.InputError) as error:

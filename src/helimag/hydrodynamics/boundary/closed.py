@@ -28,12 +28,7 @@ def checked(corners: Floats, name: str) -> Mesh:
     faces = faces[~flat]
     _check_edges(faces, vertices, name)
     mesh = Mesh(vertices[faces], _pieces(faces, len(vertices)))
-    if not abs(mesh.volume) > FLAT * float(np.ptp(mesh.corners, axis=(0, 1)).max()) ** 3:
-        raise InputError(f"{name} encloses nothing: its faces lie on each other; give it a thickness")
-    if not mesh.volume > 0.0:
-        raise InputError(
-            f"{name} is inside out: it encloses {mesh.volume:.3g} m^3; reverse the order of every triangle's corners"
-        )
+    _check_volumes(mesh, name)
     _check_crossings(mesh, faces, name)
     return mesh
 
@@ -58,6 +53,24 @@ def _check_edges(faces: Integers, vertices: Floats, name: str) -> None:
     if np.any(times > 1):
         where = _places(directed[times > 1], vertices)
         raise InputError(f"{name} is partly inside out: at {where} neighbours face opposite ways")
+
+
+def _check_volumes(mesh: Mesh, name: str) -> None:
+    """Every piece must enclose something, outside out; a cavity is no part of what the fluid sees."""
+    volumes = mesh.volumes
+    if not abs(volumes).min() > FLAT * float(np.ptp(mesh.corners, axis=(0, 1)).max()) ** 3:
+        raise InputError(f"{name} encloses nothing: its faces lie on each other; give it a thickness")
+    if np.all(volumes < 0.0):
+        raise InputError(
+            f"{name} is inside out: it encloses {mesh.volume:.3g} m^3; reverse the order of every triangle's corners"
+        )
+    if np.any(volumes < 0.0):
+        worst = int(volumes.argmin())
+        what = f"{np.sum(mesh.part == worst)} triangles around {abs(volumes[worst]):.3g} m^3"
+        raise InputError(
+            f"{name} has {volumes.size} pieces, and one is inside out ({what}); "
+            "reverse the order of its corners, or leave it out where it is a cavity"
+        )
 
 
 def _places(edges: Integers, vertices: Floats) -> str:

@@ -51,9 +51,16 @@ class Mesh:
         return np.cross(b - a, c - a) / 2.0
 
     @property
+    def volumes(self) -> Floats:
+        """Volume that each part encloses (m^3), negative where its surface is inside out."""
+        cones = np.einsum("ni,ni->n", self.centroids, self.area_vectors) / 3.0
+        volumes: Floats = np.bincount(self.part, weights=cones)
+        return volumes
+
+    @property
     def volume(self) -> float:
-        """Enclosed volume (m^3), negative where the surface is inside out."""
-        return float(np.einsum("ni,ni->", self.centroids, self.area_vectors) / 3.0)
+        """Enclosed volume (m^3)."""
+        return float(self.volumes.sum())
 
     def moved(self, rotation: Floats, shift: Floats) -> "Mesh":
         """The surface turned by a rotation (3, 3), then shifted (3,)."""
