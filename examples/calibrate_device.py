@@ -49,7 +49,7 @@ for sentence in cal.findings(fit).sentences:
     print(sentence)
 print(f"next: {cal.worths(fit, draws=8)[0].text}")
 
-# another run of the same device: what will it do, with errors of pitch and of the place where it is let go?
+# another run of the same device: what will it do, with errors of pitch and of the place where it is released?
 third = base.replaced({"drive.distance": "106 mm", "run.duration": "20 s"})
 noise = cal.Noise({"drive.pitch": np.radians(0.1)}, displacement=2e-5)
 predicted = cal.predict(third, cal.Posterior.load("fit.nc"), noise=noise, draws=40)

@@ -11,7 +11,7 @@ errors = hm.Perturbation(
         "drive.pitch": Uniform(*np.radians([14.0, 14.4])),
         "fluid.viscosity": Normal(1.65, 0.02, low=1.5, high=1.8),  # Pa s
     },
-    displacement=50e-6,  # m, of where the device is let go
+    displacement=50e-6,  # m, of where the device is released
 )
 found = hm.ensemble(base, errors, runs=24, seed=1)
 

@@ -124,7 +124,7 @@ def test_a_real_release_may_fall_where_a_settled_attitude_is_captured(orbit: hm.
     runs = hm.simulate_many([lasting] * 8, initial_states=begun)
     assert [run.verdict.inside for run in runs] == released.captured.tolist()
     assert (settled.captured & ~released.captured).any()
-    assert "let go as simulate lets go" in released.text
+    assert "released as simulate releases" in released.text
     assert "attitude that it settles to" in settled.text
     assert basin_dataset(released).attrs["attitude"] == "released"
 

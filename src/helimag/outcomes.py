@@ -89,7 +89,7 @@ def cf_flags(terms: Iterable[Term], *, zero: str = "") -> dict[str, object]:
 
 @unique
 class Verdict(Term):
-    """What becomes of the device. Two members are not judged: a run that was not computed, and one that failed.
+    """How a run is judged. Two members are not judged: a run that was not computed, and one that failed.
 
     ``inside`` says whether the device had not left the magnet, nor come to floor, surface or walls, when the run ended.
     """
@@ -289,7 +289,7 @@ class OrbitStatus(Term):
 
 @unique
 class BasinEnd(Term):
-    """What becomes of a device that is let go at a place around a stable orbit."""
+    """How a device ends that is released at a place around a stable orbit."""
 
     CAPTURED = (0, "captured", "comes to the orbit")
     STAYED = (1, "stayed", "stays inside, and comes no nearer to the orbit")
@@ -299,7 +299,7 @@ class BasinEnd(Term):
     OUT_OF_STEP = (5, "out of step", "has no attitude there that keeps in step with the field")
     LEFT = (6, "left", "leaves the grid of the averaged model")
     BROKE_DOWN = (7, "broke down", "its numbers break down")
-    NOT_RUN = (8, "not_run", "was not let go there")
+    NOT_RUN = (8, "not_run", "was not released there")
 
 
 @unique
@@ -359,7 +359,7 @@ class End(Term):
 
 @unique
 class Future(Term):
-    """What becomes of a run after its horizon."""
+    """The outlook of a run: what happens after its horizon."""
 
     ON_ORBIT = (0, "on a stable orbit", "{begin}, on a stable orbit: {rates}")
     COMING = (1, "coming to a stable orbit", "{begin}, coming to the stable orbit at {place}: {rates}")

@@ -95,7 +95,7 @@ def predict(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Prediction:
-    """Run a scenario with devices from a posterior, and say what becomes of them.
+    """Run a scenario with devices from a posterior, and say how they end.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ def design(
         With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
         repeated.
     displacement
-        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is released.
     seed
         With --ensemble: of the draws; 0 if left out.
     output

@@ -161,15 +161,15 @@ def basin(
     output: Outputs = None,
     common: Common = PLAIN,
 ) -> None:
-    """Find from which places a device that is let go comes to the stable orbit: volume, tally and picture.
+    """Find from which places a device that is released comes to the stable orbit: volume, tally and picture.
 
     Parameters
     ----------
     engine
         "full" runs, or the "averaged" model: faster, less exact, and held against full runs from some of the starts.
     attitude
-        With which the device is let go: "settled" is that which it takes on when held at the start, "released" that of
-        the scenario's own start, as "simulate" lets go. Full runs only.
+        With which the device is released: "settled" is that to which it settles when held at the start, "released" that
+        of the scenario's own start, as "simulate" releases it. Full runs only.
     nodes
         Starts along each side; default 7 with full runs, 11 with the averaged model.
     duration

@@ -141,7 +141,7 @@ def simulate(
         With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
         repeated.
     displacement
-        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is released.
     draws
         With --ensemble: how many runs; 100 if left out.
     seed

@@ -69,7 +69,7 @@ def sweep(
         With an ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
         repeated.
     displacement
-        With an ensemble: the standard deviation, such as "50 um", along each axis of where the device is let go.
+        With an ensemble: the standard deviation, such as "50 um", along each axis of where the device is released.
     draws
         With an ensemble: how many devices a point; 32 if left out.
     seed

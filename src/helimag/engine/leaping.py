@@ -1,4 +1,4 @@
-"""When a run leaps over turns of the magnet, how far, and what becomes of it."""
+"""When a run leaps over turns of the magnet, how far, and what is remembered of it."""
 
 import math
 from functools import cache

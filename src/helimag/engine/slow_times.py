@@ -1,4 +1,4 @@
-"""How slow a scenario's own dynamics are: what a run must be long beside to show what becomes of the device."""
+"""How slow a scenario's own dynamics are: what a run must be long beside to show where the device goes."""
 
 import math
 from functools import lru_cache

@@ -30,8 +30,8 @@ class Perturbation:
     priors
         Inputs by path, each drawn from its prior (SI), independent of the others.
     displacement
-        Standard deviation along each axis (m) of where the device is let go. The magnet's path is that of the scenario;
-        to move both, give ``drive.start.x`` and so on a prior.
+        Standard deviation along each axis (m) of where the device is released. The magnet's path is the scenario's; to
+        move both, give ``drive.start.x`` and so on a prior.
     """
 
     priors: Mapping[str, Prior] = field(default_factory=dict)
@@ -176,7 +176,7 @@ def ensemble(
     scenario
         What to run.
     perturbation
-        How the copies differ: inputs with priors, where the device is let go, or both.
+        How the copies differ: inputs with priors, where the device is released, or both.
     runs
         Number of copies.
     seed

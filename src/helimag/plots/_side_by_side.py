@@ -29,7 +29,7 @@ PUBLISHED: dict[str, Any] = {"color": GREY, "linewidth": 0.7, "linestyle": "-."}
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One column: a run, heading and remark, twins (times in s, heights in m), and a published time (s)."""
+    """One column: a run, heading and remark, perturbed runs (times in s, heights in m), and a published time (s)."""
 
     trajectory: Trajectory
     title: str
@@ -39,7 +39,7 @@ class Case:
 
 
 def draw_side_by_side(cases: Sequence[Case]) -> Figure:
-    """Draw each case in a column: path with the magnet's, then height over time with the twins as thin lines.
+    """Draw each case in a column: path with the magnet's, then height over time with the perturbed runs as thin lines.
 
     Parameters
     ----------

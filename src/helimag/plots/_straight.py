@@ -18,7 +18,7 @@ ROW_HEIGHT = 46.0 * MM
 
 @dataclass(frozen=True, kw_only=True)
 class StraightRun:
-    """One panel: heights (m) over time (s) of a run and its twins; ``measured`` is the range of heights (m) that was.
+    """One panel: heights (m) over time (s) of a run and perturbed ones; ``measured`` is the range (m) that was.
 
     It reaches down from the start; negative, up. Floor and surface are heights (m), None where there is none.
     """
@@ -34,7 +34,7 @@ class StraightRun:
 
 
 def draw_straight_runs(runs: Sequence[StraightRun]) -> Figure:
-    """Draw each run in a panel: its height, its twins as thin lines, the measured range as a band, floor and surface.
+    """Draw each run in a panel: its height, perturbed runs as thin lines, the measured range, floor and surface.
 
     Returns
     -------

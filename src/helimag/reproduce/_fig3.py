@@ -1,4 +1,4 @@
-"""Fig. 3 of the paper: three half-hour runs, each with twins that start beside it, beside the published values."""
+"""Fig. 3 of the paper: three half-hour runs, each with perturbed ones, beside the published values."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Table I and Fig. 5 of the paper: straight runs of the experiment, each with twins, beside what was measured."""
+"""Table I and Fig. 5 of the paper: straight runs of the experiment, perturbed ones, and what was measured."""
 
 import json
 import textwrap

@@ -18,7 +18,7 @@ from helimag.runs.gain import gain_until
 
 Row = dict[str, Any]
 
-DISPLACEMENT = 50e-6  # m, of the twins: standard deviation along each axis
+DISPLACEMENT = 50e-6  # m, of the perturbed runs: standard deviation along each axis
 
 COLUMNS = ("run", "quantity", "published", "computed", "difference", "5 %", "50 %", "95 %", "")
 WIDTHS = (12, 14, 10, 10, 10, 8, 8, 8, 5)
@@ -78,7 +78,7 @@ def _verdict(ensemble: Ensemble) -> Row:
 
 
 def _numbers(entry: Row, ensemble: Ensemble) -> Row:
-    """Value of the run, and quantiles over those twins that have one."""
+    """Value of the run, and quantiles over those perturbed runs that have one."""
 
     def value(history: History) -> float | None:
         if entry["quantity"] == "gain":

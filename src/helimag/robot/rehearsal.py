@@ -104,7 +104,7 @@ class Gate:
     run
         The simulation of the programme.
     outlook
-        What becomes of the scenario's run when it goes on; None where the verdict is not bounded, and none is sought.
+        The outlook of the scenario's run; None where the verdict is not bounded, and none is sought.
     """
 
     run: Trajectory

@@ -35,7 +35,7 @@ class Judgement:
 
     @property
     def verdict(self) -> Verdict:
-        """What becomes of the device."""
+        """The verdict: how the run is judged."""
         return self.cause.verdict
 
     @property

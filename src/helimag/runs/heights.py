@@ -33,7 +33,7 @@ class SlowTimes:
 
     @property
     def decisive(self) -> float:
-        """Shortest run (s) that can show what becomes of the device."""
+        """Shortest run (s) that can show where the device goes."""
         return max(FOLDS * self.fold, LAPS * (self.lap or 0.0))
 
 

@@ -184,7 +184,7 @@ class Trajectory:
 
     @property
     def verdict(self) -> Verdict:
-        """What becomes of the device."""
+        """The verdict: how the run is judged."""
         return self.judgement.verdict
 
     @property

@@ -9,7 +9,7 @@ from helimag.runs import Trajectory
 
 
 class Stage(Enum):
-    """How far an answer has got: the first part of the run, all of it, and what becomes of the device after it."""
+    """How far an answer has got: the first part of the run, all of it, and the outlook."""
 
     FIRST = auto()
     WHOLE = auto()

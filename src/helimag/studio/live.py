@@ -3,7 +3,7 @@
 Asking is instant. Whatever was on its way for an older question is given up, and nothing is replayed; the last question
 is always answered. Two threads answer it, side by side: one at once, by leaps over turns of the magnet where those hold
 and with the run's beginning where they do not; the other with the run as the command line has it, and then, when the
-hand rests, with what becomes of the device after it. The kernels run outside of Python's lock, so threads are enough.
+hand rests, with the outlook. The kernels run outside of Python's lock, so threads are enough.
 """
 
 import logging
@@ -24,7 +24,7 @@ SHARE = 6.0  # without leaps, the first answer is of a run this much shorter
 QUICK = 600.0  # s; a run this short is shown as a whole at once
 TEDIOUS = 0.15  # s in which leaps must come half way to be a first answer
 STILL = 0.06  # s without another question, where answers are behind the hand, before a whole run is begun
-REST = 0.3  # s without another question before it is asked what becomes of the device after its run
+REST = 0.3  # s without another question before its outlook is asked for
 
 
 def unforeseen(error: Exception) -> str:
@@ -51,7 +51,7 @@ class Question:
 
 @dataclass(frozen=True)
 class News:
-    """What has become of a question; ``problem`` says why there is no answer."""
+    """The state of a question; ``problem`` says why there is no answer."""
 
     number: int
     stage: Stage

@@ -26,7 +26,7 @@ class LabErrors:
     inputs
         Standard deviations by path (SI), none of them zero.
     displacement
-        Standard deviation along each axis (m) of where the device is let go.
+        Standard deviation along each axis (m) of where the device is released.
     """
 
     inputs: Mapping[str, float] = field(default_factory=dict)

@@ -83,7 +83,7 @@ class EnsembleTable(Part):
     """Devices of a calibration, ``draws`` of them, that every point is run with, and errors of each run on top.
 
     ``noise`` names inputs with the standard deviation of their errors, as text with a unit; ``displacement`` is that of
-    where the device is let go, along each axis.
+    where the device is released, along each axis.
     """
 
     fit: str

@@ -54,7 +54,7 @@ class Mesh:
     def volumes(self) -> Floats:
         """Volume that each part encloses (m^3), negative where its surface is inside out."""
         cones = np.einsum("ni,ni->n", self.centroids, self.area_vectors) / 3.0
-        volumes: Floats = np.bincount(self.part, weights=cones)
+        volumes: Floats = np.bincount(self.part, weights=cones).astype(np.float64)
         return volumes
 
     @property

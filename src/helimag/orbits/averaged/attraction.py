@@ -1,4 +1,4 @@
-"""Basin of attraction of a stable orbit: from which places a device that is let go comes to it."""
+"""Basin of attraction of a stable orbit: from which places a device that is released comes to it."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ SAMPLES = 160
 WORDS = f"<U{max(map(len, BasinEnd))}"  # text that holds each of them
 Attitude = Literal["settled", "released"]
 LET_GO: Mapping[Attitude, str] = {
-    "settled": "let go with the attitude that it settles to when held there",
-    "released": "let go as simulate lets go, with the attitude of the scenario's start",
+    "settled": "released with the attitude that it settles to when held there",
+    "released": "released as simulate releases, with the attitude of the scenario's start",
 }
 MARGIN = 1.5  # of the box's half sides: how far a flow that judges it reaches, so that paths may leave it and return
 ENGINE_NODES = 15  # of that flow, a side
@@ -119,8 +119,8 @@ def basin(
     flow
         Judge by the averaged model of this slow flow instead of by full runs: faster, less exact.
     attitude
-        With which the device is let go: "settled", that which it takes on when held at the start, or "released", that
-        of the scenario's own start, as ``simulate`` lets go; the averaged model knows the settled ones only.
+        With which the device is released: "settled", that which it takes on when held at the start, or "released", that
+        of the scenario's own start, as ``simulate`` releases it; the averaged model knows the settled ones only.
     progress
         Called with the fraction done, some times a second. What it raises stops the search.
 
@@ -229,7 +229,7 @@ def _by_flow(orbit: Orbit, places: Floats, duration: float, flow: SlowFlow, watc
 
 
 def _inside(orbit: Orbit, path: Floats) -> BasinEnd:
-    """What becomes of a device that is still there at the end of its path (n, 3)."""
+    """Where a device goes that is still there at the end of its path (n, 3)."""
     return BasinEnd.CAPTURED if comes_to(orbit, path) else BasinEnd.STAYED
 
 

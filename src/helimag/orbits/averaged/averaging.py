@@ -2,8 +2,8 @@
 
 The attitude relaxes within some ten seconds, the place within hundreds. What remains after that is a flow in three
 dimensions, on the slow manifold: the attitudes that the device has while it drifts. It is computed in stages. Held in
-place, the attitude settles (stage 0); let go, it lags behind where it would settle, because the place moves (stages 1,
-2 ...): each stage takes the attitudes of the stage before to work out by how much.
+place, the attitude settles (stage 0); released, it lags behind where it would settle, because the place moves (stages
+1, 2 ...): each stage takes the attitudes of the stage before to work out by how much.
 """
 
 from collections.abc import Callable

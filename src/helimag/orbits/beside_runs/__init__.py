@@ -1,4 +1,4 @@
-"""Orbits beside runs: what becomes of a run, and verdicts of sweeps against orbits."""
+"""Orbits beside runs: the outlook of a run, and verdicts of sweeps against orbits."""
 
 from helimag.orbits.beside_runs.against import OrbitCase, OrbitComparison, compare_with_orbits, map_of
 from helimag.orbits.beside_runs.growth import ObservedGrowth, observed_growth

@@ -1,4 +1,4 @@
-"""What becomes of a run after its horizon: the orbit that its end leads to, or how it ends when it is continued."""
+"""The outlook of a run: the orbit that its end leads to, or how it ends when it is continued."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ MOST_STEPS = 2e6  # of the integrator, that this may take; a stiff run is contin
 
 @dataclass(frozen=True)
 class Outlook:
-    """What becomes of a run after its horizon, and the orbit (stable or not) that its end leads to, if any."""
+    """The outlook of a run, and the orbit (stable or not) that its end leads to, if any."""
 
     future: Future
     text: str
@@ -41,7 +41,7 @@ class Outlook:
 
 
 def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None = None) -> Outlook:
-    """Say what becomes of a simulated run after its horizon.
+    """Say what happens to a simulated run after its horizon.
 
     It is continued for a decay time of the stable orbit that its end leads to, at least 1800 s, to see whether it comes
     to it. Without one it goes on until it leaves or has stayed for 20,000 s more: then it may be on a closed curve.

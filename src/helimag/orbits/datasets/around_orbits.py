@@ -49,7 +49,7 @@ def flow_dataset(
         along = ("start",)
         caught = captured.captured.astype(int)
         data |= {
-            "start_position": number((*along, "axis"), captured.places, "m", "where the averaged model was let go"),
+            "start_position": number((*along, "axis"), captured.places, "m", "where the averaged model was released"),
             "start_captured": flags(along, caught, ("no", "yes"), "whether it comes to the orbit"),
         }
     data |= orbit_variables(("around",), [orbit], prefix="around_")

@@ -57,7 +57,7 @@ def comparison_dataset(
         "verdict": terms(dims, verdicts.reshape(result.verdicts.shape), judged, "run", zero="none"),
         "stability": stability(dims, result.growth, "whether an orbit is known, and a stable one"),
         "why": terms(
-            dims, codes, Why, "why run and orbit differ, or what becomes of an undecided run", zero="nothing to explain"
+            dims, codes, Why, "why run and orbit differ, or the outlook of an undecided run", zero="nothing to explain"
         ),
         "growth": number(dims, result.growth, "1/s", "real part of the leading rate; stable where negative"),
         "position": number((*dims, "axis"), result.states[..., :3], "m", PLACE),

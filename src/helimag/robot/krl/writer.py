@@ -248,7 +248,7 @@ def _abort_name(name: str) -> str:
 
 
 def _on_abort(plan: ArmPlan, name: str) -> Iterator[str]:
-    """What runs when the arm is stopped: the motor off, and no way to go on, since the device has been let go."""
+    """What runs when the arm is stopped: the motor off, and no way to go on, since the device has been released."""
     if plan.cell.motor is not None:
         yield f"DEF {_abort_name(name)} ( )"
         yield f"$OUT[{plan.cell.motor.run_output}]=FALSE"

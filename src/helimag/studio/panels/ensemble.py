@@ -47,7 +47,7 @@ class EnsemblePanel:
         title = "Errors from run to run (standard deviations)"
         expansion = ui.expansion(title, value=True).classes("hs-group").props("dense")
         with expansion, ui.element("div").classes("hs-errors"):
-            self.displacement = _field("Place where it is let go", "mm", "displacement", 0.5)
+            self.displacement = _field("Place where it is released", "mm", "displacement", 0.5)
             self.fields = {knob.path: _field(knob.label, unit_text(knob.unit), knob.path, 0.0) for knob in ERRORS}
 
     def given(self, _: str, content: bytes) -> None:

@@ -1,4 +1,4 @@
-"""The verdict: what becomes of the device, why, the gain, and what comes after the run."""
+"""The verdict: how the run is judged, why, the gain, and what comes after the run."""
 
 from nicegui import ui
 
