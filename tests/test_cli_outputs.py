@@ -62,3 +62,32 @@ def test_vision_writes_only_what_it_is_told_to(tmp_path, monkeypatch):
     told = run("vision", "calibrate", "none.toml", "-o", "rig.nc")
     assert told.status == 2
     assert "--output must end in .json (the rig)" in told.err
+
+
+SWEEP = """
+base = "nose-first/fig3c"
+duration = "1 s"
+samples = 20
+[[axis]]
+field = "drive.frequency"
+values = ["2 Hz", "3 Hz"]
+"""
+
+
+def test_names_and_options_of_earlier_versions_are_taken(tmp_path, monkeypatch):
+    """A store without a suffix, --export, --animate and netCDF-4 by its other names; capital letters too."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plan.toml").write_text(SWEEP, encoding="utf-8")
+    told = run("sweep", "plan.toml", "-o", "store", "--export", "table.CSV", "--export", "data.h5", "--json")
+    assert (told.status, json.loads(told.out)["files"]) == (0, ["store", "table.CSV", "data.h5"])
+    assert hm.load_sweep("store")["verdict"].size == 2
+    assert len((tmp_path / "table.CSV").read_text("utf-8").splitlines()) == 3
+    told = run("simulate", "paper/fig3c", "--duration", "1 s", "--no-orbit", "-o", "run.h5", "-o", "run.nc4")
+    assert told.status == 0
+    assert (tmp_path / "run.h5").read_bytes() == (tmp_path / "run.nc4").read_bytes()
+    told = run("plot", "run.h5", "--animate", "run.png", "-o", "again.png")
+    assert told.status == 0
+    assert (tmp_path / "run.png").read_bytes() == (tmp_path / "again.png").read_bytes()
+    told = run("plot", "data.h5", "-o", "store")
+    assert told.status == 2
+    assert "--output must end in .png, .svg, .pdf (a figure)" in told.err

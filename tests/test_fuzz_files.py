@@ -63,6 +63,21 @@ def test_what_other_programs_wrote_has_no_checksum_and_others_read_what_has_one(
     assert hm.Trajectory.load(tmp_path / "plain.nc").dataset.equals(RUN.dataset)
 
 
+def test_what_other_programs_change_or_add_is_read(whole, tmp_path):
+    """HDF5 cuts the checksum off when it writes."""
+    import h5py
+    import xarray
+
+    path = tmp_path / "changed.nc"
+    path.write_bytes(whole.read_bytes())
+    with h5py.File(path, "r+") as file:
+        file["position"][0] = 2.0
+    xarray.Dataset({"remark": ("time", np.arange(5.0))}).to_netcdf(path, mode="a", engine="h5netcdf")
+    found = hm.Trajectory.load(path).dataset
+    assert found["position"].values[:2].tolist() == [[2.0] * 3, [1.0] * 3]
+    assert found["remark"].values.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [

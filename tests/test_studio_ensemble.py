@@ -15,10 +15,11 @@ missing = browser.lacking()
 if missing is not None:
     pytest.skip(missing, allow_module_level=True)
 
+from helimag.calibration import check_device  # noqa: E402
 from helimag.errors import HelimagError  # noqa: E402
 from helimag.studio.hdf5 import check_netcdf  # noqa: E402
 from helimag.studio.intake import fit_from_bytes, run_from_bytes  # noqa: E402
-from helimag.studio.predicting import RUNS, LabErrors, other_device, outcomes  # noqa: E402
+from helimag.studio.predicting import RUNS, LabErrors, outcomes  # noqa: E402
 
 ROW = hm.load("paper/fig3c").replaced({"run.duration": "20 s", "run.interval": "0.5 s"})
 
@@ -75,11 +76,13 @@ def test_errors_alone_are_an_ensemble_of_the_inputs():
 
 def test_a_fit_of_another_device_is_told():
     fit = fit_of(ROW)
-    assert other_device(fit, ROW.replaced({"drive.pitch": "3 deg", "device.weight.net_weight": "40 uN"})) == []
-    longer = ROW.replaced({"device.helix.length": "12 mm"})
-    assert other_device(fit, longer) == ["device.helix.length"]
-    with pytest.raises(hm.InputError):
-        other_device(fit_of(ROW), hm.load("paper/fig3c").replaced({"device.weight": {"body_density": "2 g/cm^3"}}))
+    check_device(fit, ROW.replaced({"drive.pitch": "3 deg", "device.weight.net_weight": "40 uN"}))
+    words = r"another device: device\.helix\.length is 11\.7 mm in its run 'run' and 12 mm here"
+    with pytest.raises(hm.InputError, match=words):
+        check_device(fit, ROW.replaced({"device.helix.length": "12 mm"}))
+    densities = {"helix_density": "2 g/cm^3", "head_density": "2 g/cm^3"}
+    with pytest.raises(hm.InputError, match="net_weight"):  # that of a device given by densities is none of its inputs
+        check_device(fit, ROW.replaced({"device.weight": densities}))
 
 
 def at_group(file):

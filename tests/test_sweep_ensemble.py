@@ -1,6 +1,7 @@
 """Sweeps whose points are run with devices of a calibration: shares beside predictions, resuming, refusals, figures."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
@@ -11,7 +12,7 @@ from fits import posterior
 from helimag import calibration as cal
 from helimag import plots
 from helimag.errors import InputError
-from helimag.outcomes import Verdict
+from helimag.outcomes import End, Verdict
 from helimag.sweeps import estimate, export, load_plan, nodes_of, parse_plan, resolve, with_ensemble
 
 # a row of Table I that has come to the surface, the floor or neither after 12 s, as its device and its magnet have it
@@ -114,6 +115,48 @@ def test_a_device_that_a_point_cannot_have_counts_as_failed(place):
     found = hm.sweep(plan, out=place / "bad.zarr")
     assert found["probability_failed"].values.tolist() == [0.5] * 3
     assert np.isfinite(found["gain_p50"].values).all()
+
+
+def test_a_batch_holds_as_many_runs_as_it_may_however_many_devices_there_are(place, monkeypatch):
+    """Few at once, so that memory does not grow with the draws; and each run is the same in whatever company."""
+    from helimag.sweeps import compute
+
+    resolved = resolve(load_plan(place / "plan.toml"))
+    scenarios = [resolved.scenario({"drive.distance": distance}) for distance in (0.095, 0.102, 0.109)]
+    kept = compute.Kept(devices=resolved.devices)
+    whole = compute.compute(scenarios, kept)
+    sizes, told = [], []
+    advance = compute.advance
+
+    def counted(batch, **options):
+        sizes.append(len(batch))
+        return advance(batch, **options)
+
+    monkeypatch.setattr(compute, "advance", counted)
+    monkeypatch.setattr(compute, "AT_ONCE", 4)
+    parts = compute.compute([None, *scenarios], kept, progress=told.append)
+    assert sizes == [4, 4, 4, 4, 4, 1]
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    for name, values in whole.items():
+        np.testing.assert_array_equal(parts[name][1:], values, err_msg=name)
+    assert np.isnan(parts["probability_inside"][0])
+
+
+def test_a_device_whose_numbers_break_down_counts_as_failed(place, monkeypatch):
+    from helimag.sweeps import compute
+
+    resolved = resolve(load_plan(place / "plan.toml"))
+    advance = compute.advance
+
+    def broken(batch, **options):
+        first, second, *rest = advance(batch, **options)
+        return [first, dataclasses.replace(second, status=End.NOT_FINITE), *rest]
+
+    monkeypatch.setattr(compute, "advance", broken)
+    rows = compute.compute([resolved.scenario({"drive.distance": 0.1})], compute.Kept(devices=resolved.devices))
+    assert rows["probability_failed"].tolist() == [1 / 6]
+    assert sum(rows[name][0] for name in compute.PROBABILITIES) == pytest.approx(5 / 6)
 
 
 def contents(store):

@@ -484,3 +484,29 @@ def test_a_spoilt_coordinate_is_noticed(done, tmp_path):
     file.write_bytes(content)
     with pytest.raises(FileError, match="is damaged"):
         helimag.load_sweep(store)
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "value"),
+    [
+        ("verdict", "chunk_shape", [2, 20]),
+        ("gain", "chunk_shape", [1, 1]),
+        ("verdict", "chunk_shape", ["a", 1]),
+        ("checksum", "shape", [1, 15]),
+        ("gain", "shape", [1, 1]),
+    ],
+)
+def test_a_store_whose_variables_lie_in_other_chunks_is_damaged_in_one_line(done, tmp_path, name, key, value):
+    """Its chunks' shape is read from it, so that stores of other rules go on; nothing is written by a wrong one."""
+    store = tmp_path / "s.zarr"
+    copy(done, store)
+    (store / "checksum" / "c" / "1" / "0").unlink()
+    head = store / name / "zarr.json"
+    form = json.loads(head.read_text("utf-8"))
+    (form if key == "shape" else form["chunk_grid"]["configuration"])[key] = value
+    head.write_text(json.dumps(form), encoding="utf-8")
+    before = sweep_kills.files(store)
+    with pytest.raises(FileError, match="is damaged") as refusal:
+        helimag.sweep(parse_plan(PLAN), out=store)
+    assert len(str(refusal.value).splitlines()) == 1
+    assert sweep_kills.files(store) == before

@@ -1,6 +1,7 @@
 """Vision that knows when it does not know: oblique rigs, spoilt calibrations, depths, uncertainties, other programs."""
 
 import json
+import resource
 import shutil
 import tomllib
 from collections.abc import Callable
@@ -16,7 +17,7 @@ pytest.importorskip("av")
 
 import cv2
 
-from helimag.errors import InputError
+from helimag.errors import FileError, InputError
 from helimag.runs import Trajectory, import_track
 from helimag.runs.measurement import attack_windows
 from helimag.runs.smoothing import sharpened, smooth
@@ -465,3 +466,23 @@ def test_the_mean_of_turns_forgets_what_returns() -> None:
     wave = 0.3 * np.sin(2.0 * np.pi * 3.5 * time)
     noise = 0.05 * np.random.default_rng(2).standard_normal(240)
     assert _mean_sd(wave + noise, time, 2.0 * np.pi * 3.5) == pytest.approx(0.05 / np.sqrt(240), rel=0.5)
+
+
+@pytest.mark.parametrize(("name", "frames"), [("film.mp4", 3), ("film.mp4", 60), ("film.avi", 60)])
+def test_a_film_that_the_disk_has_no_room_for_leaves_nothing(tmp_path, name, frames):
+    """As it is written, or in the end, when an encoder gives what it has held back."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    noise = np.random.default_rng(0).integers(0, 255, (frames, 240, 320), dtype=np.uint8)
+
+    def filmed():
+        with FilmWriter(tmp_path / name, (320, 240)) as film:
+            for number, picture in enumerate(noise):
+                film.write(picture, number / 30.0)
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
+    try:
+        with pytest.raises(FileError, match="cannot be written"):
+            filmed()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert list(tmp_path.iterdir()) == []

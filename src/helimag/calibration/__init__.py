@@ -1,7 +1,7 @@
 """Which device agrees with what was observed: plans, a posterior over free inputs, and what it predicts."""
 
 from helimag.calibration.calibrating import calibrate
-from helimag.calibration.drawing import drawn
+from helimag.calibration.drawing import check_device, drawn
 from helimag.calibration.findings import Findings, findings
 from helimag.calibration.fit import Posterior, as_json, is_fit, shown_unit
 from helimag.calibration.next_run import Worth, worths
@@ -39,6 +39,7 @@ __all__ = [
     "Worth",
     "as_json",
     "calibrate",
+    "check_device",
     "drawn",
     "findings",
     "height_bands",

@@ -49,7 +49,13 @@ def drawn(fit: Posterior, scenario: Scenario, *, draws: int, noise: Noise | None
 
 
 def check_device(fit: Posterior, scenario: Scenario) -> None:
-    """Raise InputError where a scenario's device, but for what is free, is that of none of the fit's runs."""
+    """See whether a scenario's device, but for what is free, is that of one of a fit's runs.
+
+    Raises
+    ------
+    InputError
+        Where it is another one, which the message says in what; or it cannot have the fit's inputs.
+    """
     here = _device(scenario, fit.plan.free, fit.best)
     first = ""
     for run in fit.plan.run:

@@ -23,25 +23,26 @@ Folder = Annotated[Path, Parameter(name=OUTPUT)]
 
 @dataclass(frozen=True)
 class Format:
-    """What a file holds, by its suffix."""
+    """What a file holds, by its suffix; ``also`` are older names of it, taken but not told."""
 
     suffixes: tuple[str, ...]
     what: str
+    also: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return f"{', '.join(self.suffixes)} ({self.what})"
 
     def fits(self, path: Path) -> bool:
         """Whether a path has one of the suffixes."""
-        return path.suffix.lower() in self.suffixes
+        return path.suffix.lower() in (*self.suffixes, *self.also)
 
 
 FIGURE = Format((".png", ".svg", ".pdf"), "a figure")
 PAGE = Format((".html",), "an interactive page")
 FILM = Format((".mp4",), "a film")
-DATA = Format((".nc",), "the data")
+DATA = Format((".nc",), "the data", also=(".nc4", ".h5"))
 TABLE = Format((".csv",), "a table")
-STORE = Format((".zarr",), "the store")
+STORE = Format((".zarr",), "the store", also=("",))
 SCENARIO = Format((".toml",), "the scenario")
 RIG = Format((".json",), "the rig")
 
@@ -151,6 +152,7 @@ def drawn(draw: "Callable[[ModuleType], Figure]") -> Writer:
         if not made:
             made.append(draw(plots))
         plots.save(made[0], path)
+        made[0].set_layout_engine("none")  # laid out once: every file shows the same
 
     return write
 

@@ -40,13 +40,9 @@ def write_netcdf(dataset: "xarray.Dataset", path: str | Path) -> None:
     with h5py.File(content, "r+") as whole:
         _fix_texts(whole)
         whole.visititems(lambda _, part: _fix_texts(part))
-    with replacing(path) as beside:
-        beside.write_bytes(sealed(content.getvalue()))
-
-
-def sealed(content: bytes) -> bytes:
-    """The content with its checksum behind it."""
-    return content + SEAL + sha256(content).hexdigest().encode()
+    with replacing(path) as beside, beside.open("wb") as written, content.getbuffer() as whole_content:
+        written.write(whole_content)
+        written.write(SEAL + sha256(whole_content).hexdigest().encode())
 
 
 def unsealed(content: bytes, path: Path) -> bytes:

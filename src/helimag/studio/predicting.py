@@ -3,14 +3,13 @@ loaded; the same draws as ``helimag simulate --ensemble`` and :func:`helimag.ens
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from helimag.calibration import Noise, Posterior, predict
 from helimag.ensembles import Ensemble, Perturbation, ensemble
 from helimag.errors import InputError
-from helimag.scenario import Input, Normal, Scenario, varied
+from helimag.scenario import Input, Normal, Scenario
 from helimag.studio.knobs import BY_PATH
 from helimag.studio.mapping import THREADS
 
@@ -68,26 +67,3 @@ def outcomes(
     priors = {path: Normal(Input(path).value(scenario), sd) for path, sd in errors.inputs.items()}
     perturbation = Perturbation(priors, errors.displacement)
     return ensemble(scenario, perturbation, runs=RUNS, threads=THREADS, progress=progress)
-
-
-def other_device(fit: Posterior, scenario: Scenario) -> list[str]:
-    """Fields in which the device that was calibrated differs from that of a scenario, beyond what was free.
-
-    Raises
-    ------
-    InputError
-        Where the scenario cannot have the fit's inputs.
-    """
-    base = fit.plan.run[0].base
-    if not isinstance(base, Scenario):
-        return ["device"]
-    pairs = zip(fit.plan.free, fit.best.tolist(), strict=True)
-    freed = {free.input: value for free, value in pairs if free.runs is None and not free.factor}
-    one, other = (_leaves(varied(each, freed).device.model_dump(mode="json")) for each in (base, scenario))
-    return sorted(path for path in one.keys() | other.keys() if one.get(path) != other.get(path))
-
-
-def _leaves(data: Any, path: str = "device") -> dict[str, Any]:
-    if not isinstance(data, dict):
-        return {path: data}
-    return {name: value for key, part in data.items() for name, value in _leaves(part, f"{path}.{key}").items()}

@@ -1,8 +1,9 @@
 """The runs of one chunk: scenarios in, arrays out. What every engine calls, here or on another machine."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +12,13 @@ from helimag.engine import History, advance, start_state
 from helimag.ensembles import Devices
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
-from helimag.runs import Heights, Judgement, judge
+from helimag.runs import Judgement
 from helimag.scenario import Scenario
 
 Rows = dict[str, NDArray[np.generic]]
 
 HASH_BYTES = 32
-AT_ONCE = 64  # runs of a chunk whose histories are held in memory
+AT_ONCE = 64  # runs of a chunk, those of devices too, whose histories are held in memory
 
 # name: unit, meaning; one number a run
 SCALARS: dict[str, tuple[str, str]] = {
@@ -95,56 +96,57 @@ def compute(
     """
     rows = empty_rows(len(scenarios), kept)
     _say(rows, slice(None), Reason.SCENARIO_REFUSED)
-    valid = [(i, scenario) for i, scenario in enumerate(scenarios) if scenario is not None]
-    count = max(1, AT_ONCE // (1 if kept.devices is None else 1 + len(kept.devices)))
-    for begin in range(0, len(valid), count):
-        part = valid[begin : begin + count]
-        seen = None if progress is None else partial(_part_seen, progress, begin, len(part), len(valid))
-        _compute_part(rows, part, kept, threads, seen)
+    valid = [(point, scenario) for point, scenario in enumerate(scenarios) if scenario is not None]
+    total = len(valid) * (1 if kept.devices is None else 1 + len(kept.devices))
+    ended: dict[int, list[Judgement]] = {point: [] for point, _ in valid}
+    runs, begin = _runs(valid, kept.devices), 0
+    while batch := list(islice(runs, AT_ONCE)):
+        states = np.array([run.state for run in batch])
+        seen = None if progress is None else partial(_part_seen, progress, begin, len(batch), total)
+        histories = advance([run.scenario for run in batch], initial_states=states, threads=threads, progress=seen)
+        for run, history in zip(batch, histories, strict=True):
+            if not run.drawn:
+                _fill(rows, run.point, history)
+            elif (judgement := _judged(history)) is not None:
+                ended[run.point].append(judgement)
+        begin += len(batch)
+    if kept.devices is not None:
+        for point, judgements in ended.items():
+            _fill_spread(rows, point, judgements, len(kept.devices))
     return rows
 
 
+@dataclass(frozen=True)
+class _Run:
+    """A run of a point, with a device that was ``drawn`` or as the point says, and the state (7,) that it begins in."""
+
+    point: int
+    scenario: Scenario
+    state: NDArray[np.float64]
+    drawn: bool
+
+
+def _runs(valid: Sequence[tuple[int, Scenario]], devices: Devices | None) -> Iterator[_Run]:
+    """All runs of some points, one point after the other; none with a device that a point cannot have."""
+    for point, scenario in valid:
+        yield _Run(point, scenario, start_state(scenario), drawn=False)
+        if devices is None:
+            continue
+        for place in range(len(devices)):
+            try:
+                copy, state = devices.copy(scenario, place)
+            except InputError:
+                continue  # counts as failed
+            yield _Run(point, copy, state, drawn=True)
+
+
 def _part_seen(progress: Callable[[float], None], begin: int, count: int, total: int, done: float) -> None:
-    """Report the share of all points that is done, from that of the ``count`` after the first ``begin``."""
+    """Report the share of all runs that is done, from that of the ``count`` after the first ``begin``."""
     progress((begin + done * count) / total)
 
 
-def _compute_part(
-    rows: Rows,
-    valid: Sequence[tuple[int, Scenario]],
-    kept: Kept,
-    threads: int | None,
-    progress: Callable[[float], None] | None,
-) -> None:
-    """Run some points, and write their rows."""
-    copies = [_copies(scenario, kept.devices) for _, scenario in valid]
-    batch = [scenario for _, scenario in valid] + [copy for each in copies for copy, _ in each]
-    states = [start_state(scenario) for _, scenario in valid] + [state for each in copies for _, state in each]
-    histories = iter(advance(batch, initial_states=np.array(states), threads=threads, progress=progress))
-    for i, _ in valid:
-        _fill(rows, i, next(histories))
-    for (i, _), each in zip(valid, copies, strict=True):
-        if kept.devices is not None:
-            _fill_spread(rows, i, [next(histories) for _ in each], len(kept.devices))
-
-
-def _copies(scenario: Scenario, devices: Devices | None) -> list[tuple[Scenario, NDArray[np.float64]]]:
-    """A point with each of the devices, but for those that it cannot have, and the states that its runs begin in."""
-    made: list[tuple[Scenario, NDArray[np.float64]]] = []
-    if devices is None:
-        return made
-    for place in range(len(devices)):
-        try:
-            made.append(devices.copy(scenario, place))
-        except InputError:
-            continue  # counts as failed
-    return made
-
-
-def _fill_spread(rows: Rows, point: int, histories: Sequence[History], drawn: int) -> None:
-    """Write how the devices of a point ended; what did not run counts as failed."""
-    judged = [_judged(history.status, history.heights) for history in histories]
-    judgements = [judgement for judgement in judged if judgement is not None]
+def _fill_spread(rows: Rows, point: int, judgements: Sequence[Judgement], drawn: int) -> None:
+    """Write how the devices of a point ended; what did not run or broke down counts as failed."""
     for name, verdict in PROBABILITIES.items():
         rows[name][point] = sum(judgement.verdict is verdict for judgement in judgements) / drawn
     rows["probability_inside"][point] = sum(judgement.verdict.inside for judgement in judgements) / drawn
@@ -155,12 +157,12 @@ def _fill_spread(rows: Rows, point: int, histories: Sequence[History], drawn: in
             rows[name][point] = np.quantile(gains, share)
 
 
-def _judged(status: End, heights: Heights) -> Judgement | None:
-    """How a run is judged; None where its numbers broke down, or it has no input."""
-    if status is End.NOT_FINITE:
+def _judged(history: History) -> Judgement | None:
+    """How a run is judged; None where its numbers broke down, or it has no input: it starts level with the magnet."""
+    if history.status is End.NOT_FINITE:
         return None
     try:
-        return judge(heights)
+        return history.judge()
     except InputError:
         return None
 
@@ -178,14 +180,14 @@ def _fill(rows: Rows, run: int, history: History) -> None:
         _say(rows, run, Reason.NUMBERS_BROKE_DOWN)
         rows["end_time"][run] = history.time[-1]
         return
-    heights = history.heights
-    judgement = _judged(history.status, heights)
+    judgement = _judged(history)
     if judgement is None:
-        return  # the scenario has no input: the device starts level with the magnet
+        return
     for name in SCALARS:
         if name != "height_change":
             value = getattr(judgement, name)
             rows[name][run] = np.nan if value is None else value
+    heights = history.heights
     rows["height_change"][run] = heights.mean[-1] - heights.mean[0]
     _say(rows, run, judgement.cause)
 

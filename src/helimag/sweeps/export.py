@@ -20,6 +20,8 @@ from helimag.sweeps.store import CHECKSUM, attributes_of, checksum
 if TYPE_CHECKING:
     import xarray
 
+NETCDF = (".nc", ".nc4", ".h5")  # which is HDF5
+
 
 def load_sweep(path: str | Path) -> "xarray.Dataset":
     """Open a sweep's store, finished or not; values are read when used.
@@ -162,9 +164,10 @@ def export(dataset: "xarray.Dataset", path: str | Path) -> None:
         Where the name says neither.
     """
     target = Path(path)
-    if target.suffix not in (".nc", ".csv"):
+    kind = target.suffix.lower()
+    if kind not in (*NETCDF, ".csv"):
         raise InputError(f"a sweep is exported to a file ending in .nc or .csv; got '{path}'")
-    if target.suffix == ".nc":
+    if kind in NETCDF:
         write_netcdf(dataset.drop_encoding(), target)
         return
     with replacing(target) as beside:

@@ -95,5 +95,5 @@ def check_first(resolved: ResolvedPlan) -> None:
         ]
     else:
         points = list(resolved.points(0)) + list(resolved.points(len(resolved.chunks) - 1))
-    if all(scenario is None for scenario in scenarios(resolved, points)):
+    if all(made is None for point in points for made in scenarios(resolved, [point])):  # up to the first that is one
         resolved.scenario(points[0])

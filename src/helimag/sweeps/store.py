@@ -54,7 +54,18 @@ class Store:
         except (OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:
             why = " ".join(str(error).split())[:200]
             raise FileError(f"{path} is damaged: {why}") from None
+        self._check_chunks()
         self.done: set[int] = {chunk for chunk in range(len(resolved.chunks)) if self._is_committed(chunk)}
+
+    def _check_chunks(self) -> None:
+        """Raise FileError where a variable does not lie in the chunks of the verdicts, or they have no checksums."""
+        lengths, grid = tuple(self.resolved.shape.values()), self.resolved.chunk_shape
+        for name in self.names:
+            array = self._arrays[name]
+            if (array.shape[: len(lengths)], array.chunks[: len(grid)]) != (lengths, grid):
+                raise FileError(f"{self.path} is damaged: {name} and verdict do not lie in the same chunks of the plan")
+        if self._arrays[CHECKSUM].shape != (len(self.resolved.chunks), len(self.names)):
+            raise FileError(f"{self.path} is damaged: {CHECKSUM} has not a row for each of its chunks")
 
     @classmethod
     @contextmanager

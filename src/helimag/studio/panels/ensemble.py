@@ -2,7 +2,7 @@
 
 from nicegui import ui
 
-from helimag.calibration import Posterior
+from helimag.calibration import Posterior, check_device
 from helimag.ensembles import Ensemble
 from helimag.errors import HelimagError, InputError
 from helimag.scenario import Scenario
@@ -11,9 +11,10 @@ from helimag.studio.jobs import Job
 from helimag.studio.knobs import DIRECTION, KNOBS, unit_text
 from helimag.studio.panels.controls import button, chooser
 from helimag.studio.panels.verdict import SIGNS
-from helimag.studio.predicting import RUNS, LabErrors, other_device, outcomes
+from helimag.studio.predicting import RUNS, LabErrors, outcomes
 from helimag.studio.tab import Tab
 
+LONGEST_SAID = 200  # characters of why a calibration cannot be used: its plan may hold any text
 NONE = "No calibration is loaded: the device is as the inputs say."
 ERRORS = [knob for knob in KNOBS if knob.path not in {DIRECTION, "run.duration"}]
 
@@ -54,7 +55,6 @@ class EnsemblePanel:
         """A file that someone chose."""
         try:
             fit = fit_from_bytes(content)
-            other_device(fit, self.tab.scenario)
         except HelimagError as error:
             self.tab.complain(str(error))
             return
@@ -121,13 +121,12 @@ class EnsemblePanel:
 
 
 def _said(fit: Posterior, scenario: Scenario) -> str:
-    """In what the device that was calibrated is another one."""
+    """Why a scenario cannot be run with a calibration; nothing where it can."""
     try:
-        fields = other_device(fit, scenario)
+        check_device(fit, scenario)
     except HelimagError as error:
-        return f"it cannot be used here: {str(error)[:200]}"
-    more = f" and {len(fields) - 3} more" if len(fields) > 3 else ""
-    return f"It is of another device: {', '.join(fields[:3])}{more} differ." if fields else ""
+        return str(error)[:LONGEST_SAID]
+    return ""
 
 
 def _field(label: str, unit: str, name: str, value: float) -> ui.number:

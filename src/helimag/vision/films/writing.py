@@ -1,6 +1,8 @@
 """Films out: H.264 or MJPEG video files and folders of PNG or TIFF; beside first, renamed when complete."""
 
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Self, cast
@@ -66,12 +68,10 @@ class FilmWriter:
         if self.path.suffix not in kinds:
             raise InputError(f"a film must be .mp4 (H.264) or .avi (MJPEG); got '{path}'")
         codec, options, pixels = kinds[self.path.suffix]
-        try:
+        with self._failing():
             # an .mp4 rounds the time of its first frame to the film's own units, which are 1 ms unless told otherwise
             fine = {"movie_timescale": str(TIMESCALE)} if self.path.suffix == ".mp4" else {}
             self.container = av.open(str(self.beside), "w", format=self.path.suffix[1:], options=fine)
-        except (av.error.FFmpegError, OSError) as error:
-            raise FileError(f"{path} cannot be written: {error.strerror}") from None
         self.stream = cast(Any, self.container).add_stream(codec, rate=self.rate, options=options)
         self.stream.width, self.stream.height = size
         self.stream.pix_fmt = pixels
@@ -93,24 +93,43 @@ class FilmWriter:
                 frame.pts, frame.time_base = round(time * TIMESCALE), Fraction(1, TIMESCALE)
             else:
                 frame.pts, frame.time_base = len(self.times), 1 / self.rate
-            self.container.mux(self.stream.encode(frame))
+            with self._failing():
+                self.container.mux(self.stream.encode(frame))
         self.times.append(time)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: object, *_: object) -> None:
-        if self.pictures is None:
+        try:
             if kind is None:
-                self.container.mux(self.stream.encode())
-            self.container.close()
-        if kind is not None:
+                self._finish()
+            elif self.pictures is None:
+                with suppress(FileError), self._failing():  # what was raised before says why
+                    self.container.close()
+        finally:
             shutil.rmtree(self.beside, ignore_errors=True)
             self.beside.unlink(missing_ok=True)
-            return
-        if self.pictures is not None:
-            write_times(self.beside / "times.csv", self.times)
-            shutil.rmtree(self.path, ignore_errors=True)
-        self.beside.replace(self.path)
+
+    def _finish(self) -> None:
+        """Write what is left, and put the film in its place."""
+        with self._failing():
+            if self.pictures is None:
+                try:
+                    self.container.mux(self.stream.encode())
+                finally:
+                    self.container.close()
+            else:
+                write_times(self.beside / "times.csv", self.times)
+                shutil.rmtree(self.path, ignore_errors=True)
+            self.beside.replace(self.path)
         if self.pictures is None and self.path.suffix == ".avi":
             write_times(self.path.with_suffix(".times.csv"), self.times)
+
+    @contextmanager
+    def _failing(self) -> Iterator[None]:
+        """What fails within, as an error that names the film."""
+        try:
+            yield
+        except (av.error.FFmpegError, OSError) as error:
+            raise FileError(f"{self.path} cannot be written: {error.strerror}") from None
