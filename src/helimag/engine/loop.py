@@ -120,8 +120,10 @@ def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d
     return p
 
 
-def _leaping_parts(system: System) -> tuple[wp.Function, wp.Function]:
+def _leaping_parts(system: System, leaping: bool) -> tuple[wp.Function | None, wp.Function | None]:
     """What follows turns of the magnet, and what keeps leaps from beginning too early: imported where runs leap."""
+    if not leaping:
+        return None, None
     from helimag.engine.leaping import build_tried, watched
 
     return build_tried(system), watched
@@ -138,8 +140,7 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
     drive_type, surroundings_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
     attempt, rates = build_attempt(system, method), build_rates(system)
     leaping, touched = method.leaps, system.medium.touched
-    tried, watched = _leaping_parts(system) if leaping else (None, None)
-    touching = touched is not None
+    (tried, watched), touching = _leaping_parts(system, leaping), touched is not None
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
