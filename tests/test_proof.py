@@ -443,10 +443,10 @@ def test_sentences_are_rounded_outward(certificate: Certificate) -> None:
         clearance=0.142999, bound=0.9999610000000001,
     )  # fmt: skip
     words = sentence(claims)
-    assert "within 0.501 nm of the curve" in words
+    assert "within 0.501 nm of the curve given as a turn begins" in words  # the box is of then only
     assert "within 3.67 um and 0.0036 deg of that curve" in words
     assert "at least 142 mm" in words
-    assert "at most 0.999962" in words
+    assert "in its own norm, by at most 0.999962" in words
 
 
 def test_another_orbit_than_the_one_given_is_not_proved(orbit: hm.Orbit) -> None:

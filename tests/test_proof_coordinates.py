@@ -5,12 +5,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+import oracles
+
 flint = pytest.importorskip("flint")
 
+from helimag.errors import InputError  # noqa: E402
+from helimag.proof import Certificate, check  # noqa: E402
 from helimag.proof.balls import arithmetic, exact  # noqa: E402
 from helimag.proof.bounds import Derivatives, spans_of, straights_of  # noqa: E402
-from helimag.proof.field import Views, bend_series, jerk_series  # noqa: E402
+from helimag.proof.certificate import _leaning_too  # noqa: E402
+from helimag.proof.field import Views, bend_series, jerk_series, lean_series  # noqa: E402
 from helimag.proof.jets import Jet, variables  # noqa: E402
+from helimag.proof.motion import Swimming  # noqa: E402
 from helimag.proof.series import over_span  # noqa: E402
 from helimag.proof.tube import NONE, N, Tube, chart_at, pairs, reached, second_order, triples  # noqa: E402
 from helimag.proof.waves import Waves  # noqa: E402
@@ -307,3 +313,38 @@ def test_terms_that_do_not_close_are_refused() -> None:
     wrong = bent.copy()
     wrong[0, 1] = 1e-9
     assert not tube_closes(replace(shape, bent=Waves(wrong, 0 * wrong)))
+
+
+def at_rest() -> Tube:
+    """The shape of a swimmer's tube: a curve that stands still, and the frame of its axes."""
+    cos = np.zeros((Swimming.components + N * N, 1))
+    cos[3] = 1.0
+    for j in range(N):
+        cos[Swimming.components + N * j + j] = 1.0
+    return replace(tube(), waves=Waves(cos, 0 * cos), lean=NONE, bent=NONE, spans=1, order=1, fine=1, coarse=1, rough=1)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"swing": (0.5, 0.0, 0.0, 2.0)}, "proves nothing"),
+        ({"swing": (0.5, 0.0, 0.3, 2.0)}, "not one"),  # its disc would be turned away from its multiplier, and apart
+        ({"entry": (1.7e308,) * 4}, "not one"),
+    ],
+    ids=["whole", "a column by itself that turns", "a region without end"],
+)
+def test_numbers_that_bounds_do_not_see_are_refused(change, told) -> None:
+    """The first is as good as a tube: it is refused for what it does not prove, not for what it is."""
+    scenario = oracles.scenario_of(oracles.case())
+    with pytest.raises(InputError, match=told):
+        check(Certificate(scenario, {}, replace(at_rest(), **change), None))
+
+
+def test_a_leaning_attitude_turns_by_no_more_than_is_said() -> None:
+    """One that leans by its own length may be turned by half a turn."""
+    lean = np.zeros((Swimming.components, 1))
+    lean[3:5, 0] = [-1.0, 1e-3]
+    shape = replace(at_rest(), lean=Waves(lean, 0 * lean))
+    with arithmetic():
+        box = _leaning_too(shape, lean_series(shape, Swimming, exact(0), 1), [exact(0)] * N)
+    assert min(box[3:]) >= np.pi

@@ -63,10 +63,10 @@ class Claims:
     tube
         (3,): half widths of the tube there, m.
     basin, basin_turned
-        A start whose head is no further than this from the curve's place (m), and turned no further (rad), is in the
-        tube.
+        A start as a turn begins whose head is no further than this from the curve's place (m), and turned no further
+        (rad), is in the tube or, of an orbit that attracts, comes into it.
     clearance
-        All in the tube keeps this distance from walls, floor, surface and magnets, m; None in open water without any.
+        All these motions keep this distance from walls, floor, surface, magnets and where a run has fallen, m.
     """
 
     existence: bool
@@ -238,10 +238,10 @@ def _leaning_too(tube: Tube, by_input: "list[list[list[arb]]]", reach: "list[arb
     """Upper bounds of deviations (6,) from the curve as a turn begins, how far it leans with the inputs included."""
     count = Swimming.components
     lean = [sum((around_zero(each[i][0]) for each in by_input), exact(0)) for i in range(count)]
-    # a quaternion of length near 1 that changes by e turns by at most 2 asin(e / length), each axis by no more
+    # a quaternion that changes by e turns by at most 2 asin(e / length), each axis by no more; and by no more than pi
     waves = tube.waves.matrix * basis(tube.waves.cos.shape[1], exact(0), 1)
     length = sum((waves[i, 0] * waves[i, 0] for i in range(3, 7)), exact(0)).sqrt()
-    turned = 3 * root_of_squares(lean[3:]) / length
+    turned = flint().arb.pi() * root_of_squares(lean[3:]) / length
     return [upper(size(r) + size(extra)) for r, extra in zip(reach, [*lean[:3], *[turned] * 3], strict=True)]
 
 
@@ -416,7 +416,9 @@ def _fits(tube: Tube, inputs: int) -> bool:
         and bool(np.isfinite(tube.lean.cos).all() and np.isfinite(tube.lean.sin).all())
         and bool(np.isfinite(tube.bent.cos).all() and np.isfinite(tube.bent.sin).all())
         and bool(np.isfinite(tube.waves.cos).all() and np.isfinite(tube.waves.sin).all())
-        and all(math.isfinite(value) for value in (*tube.radii, *tube.entry, *tube.decay, *tube.swing))
+        and all(math.isfinite(value) for value in (*tube.region, *tube.decay, *tube.swing))
+        # a column by itself has a real multiplier: a disc that is turned away from it holds nothing
+        and all(size == 2 or swing == 0.0 for size, swing in zip(sizes, tube.swing, strict=True))
         and min(tube.cuts) >= 1
         and tube_closes(tube)
     )

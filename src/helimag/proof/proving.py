@@ -237,7 +237,7 @@ def sentence(claims: Claims, inputs: str = "") -> str:
     ``inputs`` names those that may be off, and by how much.
     """
     near = _length(math.hypot(*claims.box), ROUND_CEILING)
-    place = f"an orbit exists within {near} of the curve given, alone in a tube around it"
+    place = f"an orbit exists within {near} of the curve given as a turn begins, alone in a tube around it"
     if inputs:
         place = f"with {inputs}, all at once and whatever their values, {place}"
     if not claims.stability:
@@ -251,7 +251,8 @@ def sentence(claims: Claims, inputs: str = "") -> str:
     clear = f"at least {_length(claims.clearance, ROUND_FLOOR)} from all around it"
     if not claims.clearance > 0.0:
         clear = "that it keeps clear of what is around it is not proved"
-    return f"{place}; {stays}; a turn multiplies distances by at most {_below_one(claims.bound)}; {clear}"
+    shrinks = f"in the tube a turn multiplies distances, in its own norm, by at most {_below_one(claims.bound)}"
+    return f"{place}; {stays}; {shrinks}; {clear}"
 
 
 def named_inputs(certificate: Certificate) -> str:
