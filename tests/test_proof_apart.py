@@ -12,7 +12,9 @@ SEARCH = {"guess", "bending", "extent", "sampling", "proving", "tolerance"}
 def imported(module: str) -> set[str]:
     """Modules of the room that one imports, anywhere in it."""
     tree = ast.parse((PROOF / f"{module}.py").read_text(encoding="utf-8"))
-    names = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    froms = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    names = [node.module for node in froms]
+    names += [f"{node.module}.{alias.name}" for node in froms if node.module == "helimag.proof" for alias in node.names]
     names += [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
     return {name.removeprefix("helimag.proof.") for name in names if name and name.startswith("helimag.proof.")}
 
