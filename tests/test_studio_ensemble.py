@@ -15,11 +15,11 @@ missing = browser.lacking()
 if missing is not None:
     pytest.skip(missing, allow_module_level=True)
 
-from helimag.calibration import check_device  # noqa: E402
+from helimag.calibration import Noise, check_device  # noqa: E402
 from helimag.errors import HelimagError  # noqa: E402
 from helimag.studio.hdf5 import check_netcdf  # noqa: E402
 from helimag.studio.intake import fit_from_bytes, run_from_bytes  # noqa: E402
-from helimag.studio.predicting import RUNS, LabErrors, outcomes  # noqa: E402
+from helimag.studio.predicting import RUNS, lab_errors, outcomes  # noqa: E402
 
 ROW = hm.load("paper/fig3c").replaced({"run.duration": "20 s", "run.interval": "0.5 s"})
 
@@ -52,7 +52,7 @@ def test_outcomes_are_those_of_the_command_line(helimag, tmp_path):
     place.write_text(steep.to_toml(), encoding="utf-8")
     fit = fit_of(steep, free={"device.weight.net_weight": (51.6e-6, 6e-6)})
     content = packed(fit, tmp_path)
-    errors = LabErrors.shown({"drive.pitch": 0.5, "drive.frequency": 0.0}, 0.4)
+    errors = lab_errors({"drive.pitch": 0.5, "drive.frequency": 0.0}, 0.4)
     found = outcomes(steep, fit_from_bytes(content), errors, lambda _: None)
     noise = ("--noise", "drive.pitch=0.5 deg", "--displacement", "0.4 mm", "--draws", RUNS)
     said = json.loads(helimag("simulate", place, "--ensemble", tmp_path / "fit.nc", *noise, "--json").out)
@@ -62,16 +62,16 @@ def test_outcomes_are_those_of_the_command_line(helimag, tmp_path):
 
 
 def test_errors_alone_are_an_ensemble_of_the_inputs():
-    errors = LabErrors.shown({"fluid.viscosity": 0.05}, 0.5)
+    errors = lab_errors({"fluid.viscosity": 0.05}, 0.5)
     found = outcomes(ROW, None, errors, lambda _: None)
     known = hm.Perturbation({"fluid.viscosity": hm.scenario.Normal(ROW.fluid.viscosity, 0.05)}, 0.5e-3)
     assert found.gains.tolist() == hm.ensemble(ROW, known, runs=RUNS).gains.tolist()
     with pytest.raises(hm.InputError, match="nothing is uncertain"):
-        outcomes(ROW, None, LabErrors(), lambda _: None)
+        outcomes(ROW, None, Noise(), lambda _: None)
     with pytest.raises(hm.InputError, match="Viscosity must be zero or more"):
-        LabErrors.shown({"fluid.viscosity": -1.0}, 0.0)
+        lab_errors({"fluid.viscosity": -1.0}, 0.0)
     with pytest.raises(hm.InputError, match="the start must be zero or more"):
-        LabErrors.shown({}, float("nan"))
+        lab_errors({}, float("nan"))
 
 
 def test_a_fit_of_another_device_is_told():
@@ -205,4 +205,4 @@ def test_a_fit_of_other_inputs_is_no_fit_for_this_run():
     """Devices that a scenario cannot have are refused, not left out."""
     fit = fit_of(ROW, free={"device.helix.length": (-1.0, 0.1)})
     with pytest.raises(HelimagError):
-        outcomes(ROW, fit, LabErrors(), lambda _: None)
+        outcomes(ROW, fit, Noise(), lambda _: None)

@@ -199,6 +199,7 @@ def test_the_command_with_an_ensemble(place, helimag, swept, monkeypatch):
     assert json.loads(out)["runs"] == 21
     status, out, _ = helimag("sweep", "plain.toml", *options, "-o", "c.zarr", "-o", "c.csv", "--json")
     assert status == 0
+    assert json.loads(out)["runs"] == 21
     told = json.loads(out)["ensemble"]
     assert told["draws"] == 6
     assert told["most_inside"] == swept["probability_inside"].values.max()

@@ -148,7 +148,7 @@ def _print_result(dataset: Any, store: Path, output: list[Path] | None, json: bo
     boundary = plan.boundary
     if plan.ensemble is not None:
         told = _devices_told(plan.ensemble.draws, dataset)
-        report["ensemble"] = told
+        report |= {"runs": report["runs"] * (1 + plan.ensemble.draws), "ensemble": told}  # as --dry-run counts them
         lines.append(
             f"  with the likeliest device; of {told['draws']} drawn ones, the same at each point, "
             f"{told['least_inside']:.0%} to {told['most_inside']:.0%} stay to the end"

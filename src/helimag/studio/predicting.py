@@ -2,7 +2,6 @@
 loaded; the same draws as ``helimag simulate --ensemble`` and :func:`helimag.ensemble` make."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,40 +15,22 @@ from helimag.studio.mapping import THREADS
 RUNS = 64
 
 
-@dataclass(frozen=True)
-class LabErrors:
-    """Errors from run to run.
+def lab_errors(inputs: Mapping[str, float], displacement: float) -> Noise:
+    """Errors from run to run, from numbers as the page shows them: each in its knob's unit, zero for none; mm.
 
-    Attributes
-    ----------
-    inputs
-        Standard deviations by path (SI), none of them zero.
-    displacement
-        Standard deviation along each axis (m) of where the device is released.
+    Raises
+    ------
+    InputError
+        Where one is negative or no number.
     """
-
-    inputs: Mapping[str, float] = field(default_factory=dict)
-    displacement: float = 0.0
-
-    @classmethod
-    def shown(cls, inputs: Mapping[str, float], displacement: float) -> "LabErrors":
-        """From numbers as the page shows them: each in its knob's unit, zero for none; the displacement in mm.
-
-        Raises
-        ------
-        InputError
-            Where one is negative or no number.
-        """
-        for name, value in {**inputs, "the start": displacement}.items():
-            if not 0.0 <= value < np.inf:
-                label = BY_PATH[name].label if name in BY_PATH else name
-                raise InputError(f"the error of {label} must be zero or more; got {value:g}")
-        return cls({path: value * BY_PATH[path].scale for path, value in inputs.items() if value}, 1e-3 * displacement)
+    for name, value in {**inputs, "the start": displacement}.items():
+        if not 0.0 <= value < np.inf:
+            label = BY_PATH[name].label if name in BY_PATH else name
+            raise InputError(f"the error of {label} must be zero or more; got {value:g}")
+    return Noise({path: value * BY_PATH[path].scale for path, value in inputs.items() if value}, 1e-3 * displacement)
 
 
-def outcomes(
-    scenario: Scenario, fit: Posterior | None, errors: LabErrors, progress: Callable[[float], None]
-) -> Ensemble:
+def outcomes(scenario: Scenario, fit: Posterior | None, errors: Noise, progress: Callable[[float], None]) -> Ensemble:
     """Run copies, and judge them.
 
     Raises
@@ -60,8 +41,7 @@ def outcomes(
         Where the numbers of a run broke down.
     """
     if fit is not None:
-        noise = Noise(dict(errors.inputs), errors.displacement)
-        return predict(scenario, fit, noise=noise, draws=RUNS, threads=THREADS, progress=progress).runs
+        return predict(scenario, fit, noise=errors, draws=RUNS, threads=THREADS, progress=progress).runs
     if not errors.inputs and not errors.displacement:
         raise InputError("nothing is uncertain: load a calibration, or give errors from run to run")
     priors = {path: Normal(Input(path).value(scenario), sd) for path, sd in errors.inputs.items()}

@@ -11,7 +11,7 @@ from helimag.studio.jobs import Job
 from helimag.studio.knobs import DIRECTION, KNOBS, unit_text
 from helimag.studio.panels.controls import button, chooser
 from helimag.studio.panels.verdict import SIGNS
-from helimag.studio.predicting import RUNS, LabErrors, outcomes
+from helimag.studio.predicting import RUNS, lab_errors, outcomes
 from helimag.studio.tab import Tab
 
 LONGEST_SAID = 200  # characters of why a calibration cannot be used: its plan may hold any text
@@ -79,7 +79,7 @@ class EnsemblePanel:
         """Run the copies."""
         fit, scenario = self.fit, self.tab.scenario
         try:
-            errors = LabErrors.shown(
+            errors = lab_errors(
                 {path: _value(field) for path, field in self.fields.items() if field.visible}, _value(self.displacement)
             )
         except InputError as error:
