@@ -39,8 +39,7 @@ def main(folder: Path) -> dict[str, object]:
     from helimag.orbits import Basin, Orbit, OrbitComparison, basin_dataset, comparison_dataset
     from helimag.orbits.datasets import Along
     from helimag.outcomes import BasinEnd, OrbitStatus, Reason
-    from helimag.plots import draw_basin
-    from helimag.plots.sweeps import draw_sweep, interactive_sweep
+    from helimag.plots import draw_basin, draw_sweep, interactive_sweep
     from helimag.runs import gain
     from helimag.sweeps import boundary_line, counts, export, nodes_of, parse_plan
 
@@ -55,7 +54,8 @@ def main(folder: Path) -> dict[str, object]:
     beside = comparison_dataset(compared, nodes.base, inputs, nodes.dimensions)["verdict"]
     scenario = helimag.load("nose-first/fig3c")
     run = helimag.simulate(scenario, duration="1 s")
-    orbit = Orbit(scenario=scenario, status=OrbitStatus.FOUND, state=np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
+    state = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    orbit = Orbit(scenario=scenario, status=OrbitStatus.FOUND, state=state, multipliers=np.full(6, 0.5 + 0.0j))
     places = np.stack(np.meshgrid(*[[-0.01, 0.01]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     basin = Basin(orbit, (2, 2, 2), places, np.zeros(8, bool), np.array([BasinEnd.STRANDED] * 8), 0.0, 1.0, "full")
     ends = basin_dataset(basin)["end"]

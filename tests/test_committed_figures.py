@@ -20,8 +20,9 @@ OTHERS = {
         f"theory/figures/{name}.png": "python benchmarks/orbit_figures.py"
         for name in ("basin", "branch", "flow", "stability")
     },
+    "theory/figures/peers.png": "python benchmarks/peers/figure.py docs/theory/figures/peers.png",
     "theory/figures/why-it-stays.png": "python benchmarks/why_it_stays.py docs/theory/figures/why-it-stays.png",
-    **{f"_static/studio{name}.png": "make pictures" for name in ("", "-1920x1080", "-820x1180", "-map")},
+    **{f"_static/studio{name}.png": "make pictures" for name in ("", "-1920x1080", "-820x1180", "-ensemble", "-map")},
 }
 OFF = 0.004  # of full scale, in the mean over the pixels: fonts and libraries differ by less
 

@@ -178,7 +178,7 @@ OTHER = {  # what takes effect: the duration (s) it comes to, or None where only
     "override": ("$OV_PRO=100\n", "$OV_PRO=25\n", 4.0 * SECONDS),
     "whole numbers divide as such": (SPEED, "$VEL.CP=0.000825*(7/4)\n", SECONDS),
     "real numbers do not": (SPEED, "$VEL.CP=0.000825*(7.0/4)\n", SECONDS / 1.75),
-    "point in the .src": (PATH, "XP1.X=XP1.X/2\n" + PATH, SECONDS / 2.0),
+    "point in the .src": (PATH, "XP1.X=XP1.X/2\n" + PATH + "XP1.X=XP1.X*2\n", SECONDS / 2.0),
     "back and forth": (PATH, PATH + "LIN XBEGIN\nLIN XP1\n", 3.0 * SECONDS),
     "acceleration": ("$ACC.CP=1.000000", "$ACC.CP=2.0", None),
     "approach": ("$VEL_AXIS[4]=10", "$VEL_AXIS[4]=100", None),
@@ -391,8 +391,9 @@ def one_number(draw, kind):
         amount = draw(st.one_of(st.sampled_from([0.5, 0.99, 1.01, 2.0, 10.0, 90.0, 1000.0]), st.floats(-200.0, 200.0)))
         new = resized(number, change, amount)
     texts = list(written(kind))
+    named = texts[file][begin - 1].isalpha()  # another point, which may lie at the same place a lap later
     texts[file] = texts[file][:begin] + new + texts[file][end:]
-    return texts, (number, new)
+    return texts, (number, new), named
 
 
 def outcome(texts, kind):
@@ -418,7 +419,7 @@ def test_no_changed_number_passes_unless_the_arm_moves_all_the_same(kind, count)
     @settings(max_examples=count, deadline=None, derandomize=True, database=None)
     @given(change=one_number(kind))
     def hold(change):
-        texts, (old, new) = change
+        texts, (old, new), named = change
         back, refusal = outcome(texts, kind)
         if refusal:
             assert re.fullmatch(r"\.(src|dat) file, line \d+: [^\n]+", refusal)
@@ -430,7 +431,7 @@ def test_no_changed_number_passes_unless_the_arm_moves_all_the_same(kind, count)
             assert duration == pytest.approx(reference[2], rel=1e-3), (old, new)
             tiny = abs(float(new) - float(old)) if NUMBER.fullmatch(new) else 0.0
             whole_turn = abs(tiny - 360.0 * round(tiny / 360.0)) < 1e-5
-            assert whole_turn or tiny < 1e-3 * max(abs(float(old)), 1.0) or new in {"1e-30"}, (old, new)
+            assert named or whole_turn or tiny < 1e-3 * max(abs(float(old)), 1.0) or new in {"1e-30"}, (old, new)
 
     hold()
 

@@ -332,7 +332,7 @@ def scripted(tmp_path, image):
     run = hm.simulate(hm.load("paper/fig3c"), duration="20 s")
     run.dataset.attrs |= {"name": SCRIPT, "source": SCRIPT, "frames": SCRIPT, "end": "horizon", "versions": SCRIPT}
     run.save(tmp_path / "scripted.nc")
-    fit_of(hm.load("paper/fig3c"), name=SCRIPT).save(tmp_path / "fit.nc")
+    fit_of(hm.load("paper/fig3c"), title=SCRIPT).save(tmp_path / "fit.nc")
     heading = GOOD.replace('heading = "helix"', f'heading = "{SCRIPT}"')
     assert SCRIPT in heading
     return {

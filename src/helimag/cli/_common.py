@@ -86,7 +86,7 @@ def _telling() -> Iterator[None]:
     LOG.setLevel(logging.INFO)
     try:
         yield
-    finally:
         LOG.info("%.2f s in all", time.monotonic() - begun)
+    finally:
         LOG.setLevel(before)
         LOG.removeHandler(handler)

@@ -78,9 +78,9 @@ def _draw_key(figure: Figure, path: Axes, line: Line3DCollection) -> None:
         [*marks, Line2D([], [], color=SKY, linewidth=0.8), Line2D([], [], **PUBLISHED)],
         [*names, "starts 0.05 mm off", "time given in the paper"],
         loc="center left",
-        bbox_to_anchor=(0.36, 0.055),
+        bbox_to_anchor=(0.33, 0.055),
         ncols=3,
-        columnspacing=1.3,
+        columnspacing=1.0,
         handletextpad=0.3,
         handlelength=1.2,
     )
