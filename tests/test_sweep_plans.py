@@ -100,6 +100,8 @@ def test_samples_are_counted_of_the_longest_runs():
     resolve(plan(pitch, Axis(field="run.duration", values=("100 s", "900 s")), trajectory="0.1 s"))
     with pytest.raises(InputError, match=r"trajectory keeps 2e\+09 samples of all runs"):
         resolve(plan(pitch, Axis(field="run.duration", values=("100 s", "100000 s")), trajectory="0.1 s"))
+    both = pitch, Axis(field="run.duration", start="10 s", stop="900 s", count=4)
+    assert resolve(plan(*both, boundary=Boundary(budget=5000))).longest == 900.0
 
 
 def test_spread_points_are_runs_of_the_plan_each_once_and_the_corners_where_asked():

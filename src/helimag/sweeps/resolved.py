@@ -97,7 +97,8 @@ class ResolvedPlan:
     @property
     def longest(self) -> float:
         """Longest duration of a run (s)."""
-        swept = [float(v) for axis in self.axes if axis.field == "run.duration" for v in axis.values]
+        durations = [axis.values or axis.bounds or () for axis in self.axes if axis.field == "run.duration"]
+        swept = [float(duration) for each in durations for duration in each]
         return max([self.base.run.duration, *swept])
 
     def spread(self, count: int, *, corners: bool = False) -> Iterator[dict[str, Value]]:
