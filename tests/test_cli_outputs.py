@@ -4,6 +4,7 @@ import json
 
 import helimag as hm
 from command_line import run
+from helimag.files import discard_left
 
 
 def test_the_shell_is_taught_every_command_in_the_users_home(tmp_path, monkeypatch):
@@ -91,3 +92,21 @@ def test_names_and_options_of_earlier_versions_are_taken(tmp_path, monkeypatch):
     told = run("plot", "data.h5", "-o", "store")
     assert told.status == 2
     assert "--output must end in .png, .svg, .pdf (a figure)" in told.err
+
+
+def test_what_goes_on_says_so_where_it_is_interrupted(tmp_path, monkeypatch):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("helimag.calibration.calibrate", stopped)
+    told = run("calibrate", "plan.toml", "-o", str(tmp_path / "fit.nc"))
+    again = f"run the same command again to go on from what is kept beside {tmp_path / 'fit.nc'}"
+    assert (told.status, told.out, told.err) == (130, "", f"helimag: interrupted; {again}\n")
+
+
+def test_only_what_was_to_become_the_file_itself_is_discarded(tmp_path):
+    mine, others = tmp_path / ".fit.nc.ab_12xyz.part", tmp_path / ".fit.nc.png.ab_12xyz.part"
+    for left in (mine, others, tmp_path / "fit.nc"):
+        left.touch()
+    discard_left(tmp_path / "fit.nc")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [others.name, "fit.nc"]

@@ -213,6 +213,19 @@ def test_the_command_with_an_ensemble(place, helimag, swept, monkeypatch):
     assert estimate(place / "plan.toml").runs == 21
 
 
+def test_a_trial_counts_the_runs_of_devices(place, monkeypatch):
+    """One point of seven runs is as many as a trial of eight may begin; the estimate is of all points."""
+    from helimag.sweeps import trial
+
+    begun = []
+    monkeypatch.setattr(trial, "TRIAL_SECONDS", 0.0)  # as if whole runs took too long
+    monkeypatch.setattr(trial, "_seconds", lambda made, *_: begun.append(len(made)) or 1.0 * len(made))
+    found = estimate(place / "plan.toml", threads=2)
+    assert begun == [1]
+    assert (found.whole, found.trial_runs, found.runs) == (False, 7, 21)
+    assert found.seconds == pytest.approx(3.0, abs=1.0)  # and what the store takes
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

@@ -94,6 +94,16 @@ def test_trajectories_keep_chunks_small():
     assert 0.9 * 2**26 < math.prod(design.chunk_shape) * 1001 * 56 <= 2**26
 
 
+def test_samples_are_counted_of_the_longest_runs():
+    """Durations may be swept: those of the base would let a store of terabytes begin."""
+    pitch = Axis(field="drive.pitch", start="1 deg", stop="2 deg", count=1000)
+    resolve(plan(pitch, Axis(field="run.duration", values=("100 s", "900 s")), trajectory="0.1 s"))
+    with pytest.raises(InputError, match=r"trajectory keeps 2e\+09 samples of all runs"):
+        resolve(plan(pitch, Axis(field="run.duration", values=("100 s", "100000 s")), trajectory="0.1 s"))
+    both = pitch, Axis(field="run.duration", start="10 s", stop="900 s", count=4)
+    assert resolve(plan(*both, boundary=Boundary(budget=5000))).longest == 900.0
+
+
 def test_spread_points_are_runs_of_the_plan_each_once_and_the_corners_where_asked():
     axes = [Axis(field=f"drive.{name}", start=f"1 {unit}", stop=f"2 {unit}", count=50)
             for name, unit in (("frequency", "Hz"), ("pitch", "deg"))]  # fmt: skip

@@ -63,7 +63,8 @@ def discard_left(path: str | Path) -> None:
     target = Path(path)
     if target.parent.is_dir():
         for left in target.parent.iterdir():
-            if left.name.startswith(f".{target.name}.") and left.name.endswith(PART):
+            middle = left.name.removeprefix(f".{target.name}.").removesuffix(PART)
+            if left.name == f".{target.name}.{middle}{PART}" and "." not in middle:  # else it is of another's file
                 left.unlink(missing_ok=True)
 
 

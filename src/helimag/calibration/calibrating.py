@@ -59,7 +59,8 @@ def calibrate(
 
     mark = _mark(problem)
     if kept is not None and output is not None:
-        discard_left(output)  # and of the file beside it, whose name begins alike
+        for each in (output, kept):
+            discard_left(each)
     stand = None if kept is None or not kept.exists() else _resumed(kept, mark)
     if stand is None:
         stand = sampling.begin(likelihood, len(problem.names), problem.plan.particles, problem.plan.seed)

@@ -51,8 +51,11 @@ def calibrate(
     target = the_one(output, DATA)
     from helimag import calibration
 
-    with progress_bar(f"calibrating {plan.name}") as progress:
-        fit = calibration.calibrate(plan, output=target, threads=threads, progress=progress)
+    try:
+        with progress_bar(f"calibrating {plan.name}") as progress:
+            fit = calibration.calibrate(plan, output=target, threads=threads, progress=progress)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"run the same command again to go on from what is kept beside {target}") from None
     write_outputs(output, {DATA: lambda _: None, FIGURE: drawn(lambda plots: plots.draw_fit(fit))})
     found = calibration.findings(fit)
     worths = calibration.worths(fit, threads=threads) if next_runs else []

@@ -97,7 +97,8 @@ class ResolvedPlan:
     @property
     def longest(self) -> float:
         """Longest duration of a run (s)."""
-        swept = [float(v) for axis in self.axes if axis.field == "run.duration" for v in axis.values]
+        durations = [axis.values or axis.bounds or () for axis in self.axes if axis.field == "run.duration"]
+        swept = [float(duration) for each in durations for duration in each]
         return max([self.base.run.duration, *swept])
 
     def spread(self, count: int, *, corners: bool = False) -> Iterator[dict[str, Value]]:
@@ -203,7 +204,7 @@ def resolve(plan: Plan) -> ResolvedPlan:
     if set(shape) & {axis.name for axis in axes if axis.name != axis.dimension}:
         raise InputError("the name of a zip must not be an axis' name")
     resolved = ResolvedPlan(plan, base, tuple(axes), shape, devices)
-    _check_runs(plan, base, resolved.size)
+    _check_runs(plan, resolved.longest, resolved.size)
     return resolved
 
 
@@ -218,7 +219,7 @@ def _devices(plan: Plan, table: EnsembleTable, base: Scenario) -> Devices:
     return devices
 
 
-def _check_runs(plan: Plan, base: Scenario, points: float) -> None:
+def _check_runs(plan: Plan, duration: float, points: float) -> None:
     """Raise InputError where a plan has more runs, or keeps more samples of them, than a store can hold."""
     runs = points * (1 if plan.ensemble is None else 1 + plan.ensemble.draws)
     if runs > MOST_RUNS:
@@ -226,7 +227,7 @@ def _check_runs(plan: Plan, base: Scenario, points: float) -> None:
             f"the plan has {runs:.7g} runs, and a sweep at most {MOST_RUNS:.7g}; give its axes fewer values, let "
             "[sample] or [boundary] choose the points, or make several plans of it"
         )
-    samples = points * base.run.duration / plan.trajectory if plan.trajectory else points
+    samples = points * duration / plan.trajectory if plan.trajectory else points
     if samples > MOST_SAMPLES:
         raise InputError(
             f"trajectory keeps {samples:.2g} samples of all runs together, and a store at most {MOST_SAMPLES:.2g}; "
@@ -241,7 +242,7 @@ def _check_size(plan: Plan, base: Scenario) -> None:
         counts = [plan.sample.count]
     elif plan.boundary is not None:
         counts.append(plan.boundary.budget)
-    _check_runs(plan, base, float(min(max(counts), 10**18)))
+    _check_runs(plan, base.run.duration, float(min(max(counts), 10**18)))
 
 
 def _check_fields(plan: Plan, base: Scenario) -> None:
@@ -318,7 +319,7 @@ def _values(plan: Plan, axis: Axis, given: Input, base: Scenario) -> tuple[Value
     step = _number(axis, "step", given, base)
     if not (step != 0.0 and (stop - start) / step >= 0.0):
         raise InputError(f"axis '{axis.field}' must have a step that leads from start to stop; got {axis.step}")
-    _check_runs(plan, base, (stop - start) / step)
+    _check_runs(plan, base.run.duration, (stop - start) / step)
     count = math.floor((stop - start) / step + 1e-9) + 1
     return tuple(_clean(start + i * step, kind) for i in range(count))
 

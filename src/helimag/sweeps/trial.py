@@ -61,9 +61,10 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     lengths = [scenario.run.duration for scenario in valid]
     trials = [min(length, max(SHORT_SECONDS, SHORT_SHARE * length)) for length in lengths]
     short = [scenario.replaced({"run.duration": trial}) for scenario, trial in zip(valid, trials, strict=True)]
+    short = short[: max(1, len(first) // resolved.runs_each)]  # a point with devices is many runs
     compute(short[:1], threads=1)  # compiles where that is still to be done
-    took = _seconds(short, resolved, cores)
-    each, count, whole = took * math.fsum(lengths) / math.fsum(trials) / len(first), len(short), False
+    took, tried = _seconds(short, resolved, cores), math.fsum(trials[: len(short)])
+    each, count, whole = took * math.fsum(lengths) / tried / len(first), len(short), False
     if each * min(FEWEST_RUNS, resolved.size) <= TRIAL_SECONDS:
         points = _spread_points(resolved, min(MOST_RUNS, max(len(first), int(TRIAL_SECONDS / each))))
         begun = time.perf_counter()
