@@ -55,7 +55,8 @@ def main(folder: Path) -> dict[str, object]:
     scenario = helimag.load("nose-first/fig3c")
     run = helimag.simulate(scenario, duration="1 s")
     state = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    orbit = Orbit(scenario=scenario, status=OrbitStatus.FOUND, state=state, multipliers=np.full(6, 0.5 + 0.0j))
+    known = {"state": state, "multipliers": np.full(6, 0.5 + 0.0j), "rates": np.full(6, -0.1 + 0.0j)}
+    orbit = Orbit(scenario=scenario, status=OrbitStatus.FOUND, **known)
     places = np.stack(np.meshgrid(*[[-0.01, 0.01]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     basin = Basin(orbit, (2, 2, 2), places, np.zeros(8, bool), np.array([BasinEnd.STRANDED] * 8), 0.0, 1.0, "full")
     ends = basin_dataset(basin)["end"]
