@@ -7,6 +7,7 @@ import json
 import sys
 import types
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +32,12 @@ def add_outcomes() -> None:
     longer = types.ModuleType("helimag.outcomes")
     exec(compile(source, str(file), "exec"), longer.__dict__)
     sys.modules["helimag.outcomes"] = helimag.outcomes = longer
+
+
+def hover_of(figure: Any) -> str:
+    """The last line of what a page says of the first of its runs."""
+    runs = next(trace for trace in figure.data if trace.text is not None)
+    return str(np.ravel(runs.text)[0]).rpartition("<br>")[2]
 
 
 def main(folder: Path) -> dict[str, object]:
@@ -77,7 +84,7 @@ def main(folder: Path) -> dict[str, object]:
         "report": [_report(run)["verdict"], _report(run)["reason"]],
         "repr": repr(run),
         "legend": [text.get_text() for legend in draw_sweep(data).legends for text in legend.get_texts()],
-        "hover": str(interactive_sweep(data).data[-1].text[0]).rpartition("<br>")[2],
+        "hover": hover_of(interactive_sweep(data)),
         "basin": [ends.attrs["flag_meanings"].split()[-1], int(ends.attrs["flag_values"][-1]), int(ends.values.max())],
         "basin_legend": draw_basin(basin).legends[0].get_texts()[0].get_text(),
     }
