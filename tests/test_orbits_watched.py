@@ -18,7 +18,7 @@ from helimag.design import design
 from helimag.orbits.strobe import Problem, Watch
 
 PATHS = "drive.pitch", "drive.frequency"
-SOON = 2.0  # s: measured 0.45 at most on one busy core, in a hundred searches stopped at random
+SOON = 5.0  # s; a second on a free machine, and tests run beside each other
 Report = Callable[[float], None]
 
 

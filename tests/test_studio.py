@@ -283,7 +283,7 @@ def test_tolerances_say_how_far_they_are_and_stop(quick):
         "() => /errors ... [0-9]+%/.test(document.querySelector('[data-testid=map-status]').innerText)"
     )
     quick.click(by("map-stop"))
-    assert quick.inner_text(by("map-status")) == "stopped"
+    quick.wait_for_function("() => document.querySelector('[data-testid=map-status]').innerText == 'stopped'")
     typed(quick, "drive.pitch", "12")
     assert quick.inner_text(by("map-status")) == "stopped"
     assert quick.get_attribute(by("map"), "data-box") == ""
