@@ -61,7 +61,7 @@ lint: $(STAMP)
 docs: $(STAMP)
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 
-# helimag beside other codes, in an environment of their own; some ten minutes
+# helimag beside other codes, in an environment of their own; some three minutes
 bench: $(BENCH)/.stamp
 	$(BENCH)/bin/python benchmarks/peers
 	$(BENCH)/bin/python benchmarks/peers/figure.py benchmarks/results/peers.png
