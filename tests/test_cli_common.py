@@ -186,7 +186,7 @@ def test_verbose_says_what_is_done_and_how_long_it_takes_and_changes_no_result()
     assert told.out == plain.out
     lines = told.err.splitlines()
     assert all(line.startswith("helimag: ") for line in lines)
-    assert any("by the method 'DOP853' on cpu" in line for line in lines)
+    assert any("by the method 'DOP853, multi-revolution' on cpu" in line for line in lines)
     assert re.fullmatch(r"helimag: \d+\.\d\d s in all", lines[-1])
     assert not any("in all" in line for line in run(*words).err.splitlines())
 

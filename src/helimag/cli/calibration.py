@@ -139,7 +139,7 @@ class DrawOptions:
         return {key: value for key, value in given.items() if value is not None}
 
 
-def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: str, json: bool) -> None:
+def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, method: str, device: str, json: bool) -> None:
     """What simulate prints with --ensemble."""
     from helimag import calibration
 
@@ -153,6 +153,7 @@ def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: st
             noise=options.noise_in(scenario),
             draws=draws,
             seed=seed,
+            method=method,
             device=device,
             progress=progress,
         )

@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter, validators
 
@@ -103,7 +103,7 @@ def simulate(
     duration: str | None = None,
     interval: str | None = None,
     output: Outputs = None,
-    method: str = "direct",
+    method: Literal["multirevolution", "direct"] = "multirevolution",
     device: str = "cpu",
     orbit: bool = True,
     accuracy: bool = True,
@@ -126,8 +126,8 @@ def simulate(
     output
         Write the trajectory (.nc), a figure (.png, .svg, .pdf) or a film (.mp4) to this file. May be repeated.
     method
-        "direct", or "multirevolution": leaps over turns of the magnet where the device keeps in step; faster where
-        runs are long and steady.
+        "multirevolution": leaps over turns of the magnet where the device keeps in step and nothing is near, and direct
+        steps elsewhere; or "direct": steps all the way, several times slower where runs are long and steady.
     device
         "cpu", or a CUDA device such as "cuda".
     accuracy
@@ -152,8 +152,8 @@ def simulate(
     drawn = DrawOptions(noise, displacement, draws, seed)
     own = {"run.duration": duration, "run.interval": interval}
     if ensemble is not None:
-        _check_for_many(output, certificate, method)
-        predict(scenario_from(scenario, changes, own), ensemble, drawn, device=device, json=common.json)
+        _check_for_many(output, certificate)
+        predict(scenario_from(scenario, changes, own), ensemble, drawn, method=method, device=device, json=common.json)
         return
     drawn.check_unused()
     from helimag.engine import simulate as run
@@ -197,12 +197,12 @@ def _film(run: "Trajectory", path: Path) -> None:
         plots.animate(run, path, progress=progress)
 
 
-def _check_for_many(output: list[Path] | None, certificate: Path | None, method: str) -> None:
+def _check_for_many(output: list[Path] | None, certificate: Path | None) -> None:
     """Refuse with --ensemble what is for one run."""
     if output:
         raise InputError("--output writes one run; with --ensemble use --json")
-    if certificate is not None or method != "direct":
-        raise InputError("--certificate and --method are for one run; leave them out with --ensemble")
+    if certificate is not None:
+        raise InputError("--certificate is for one run; leave it out with --ensemble")
 
 
 def _report(trajectory: "Trajectory") -> dict[str, Any]:
@@ -232,6 +232,8 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
         "accuracy": accuracy_told(trajectory.attributes),
+        "integrator": trajectory.attributes["integrator"],
+        "share_of_turns_leapt_over": trajectory.attributes.get("share_of_turns_leapt_over", 0.0),
         "wall_time_s": trajectory.attributes["wall_time"],
     }
 

@@ -14,7 +14,7 @@ from helimag.engine.control import Control, pack_controls
 from helimag.engine.events import Bounds, pack_bounds
 from helimag.engine.history import History
 from helimag.engine.loop import build_advance
-from helimag.engine.methods import DOP853, Method
+from helimag.engine.methods import MULTIREVOLUTION, Method
 from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
 from helimag.engine.progress import Progress
 from helimag.engine.samples import Record, Schedule, pack_schedules, sample_times
@@ -46,7 +46,7 @@ class Stepping:
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     """
 
-    method: Method = DOP853
+    method: Method = MULTIREVOLUTION
     tolerance: float = TOLERANCE
     device: str = "cpu"
 

@@ -29,7 +29,7 @@ from helimag.engine.system import System
 from helimag.engine.turn_memory import Memory, Square, slot_of, with_roll
 from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Turn, steps_between_nodes
 from helimag.physics.balance import Swimmer
-from helimag.physics.kinematics import ArmMotion, State, rpm_pose
+from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
 IN_STEP = wp.constant(wp.float64(-0.5))  # least cosine of the phase lag for leaps
@@ -60,6 +60,19 @@ EIGHTH = wp.constant(wp.float64(0.125))
 def in_step(lag: wp.vec2d) -> bool:
     """Whether the moment is near enough to the field for leaps."""
     return lag[0] > IN_STEP * wp.length(lag)
+
+
+@wp.func
+def rolls_along(turn: Turn, roll: wp.float64, leap: Leap) -> bool:
+    """Whether the device rolled once with the magnet in a turn, the same way as before, so that turns are alike.
+
+    In step it need not: a field that swings across it, and does not go around it, takes it back again.
+    """
+    begin = normalized(leap.aim)
+    turned = ZERO
+    for i in range(3, 7):
+        turned += begin[i] * turn.end[i]
+    return turned > ZERO and (leap.stage == BEGINNING or roll == leap.roll)
 
 
 @wp.func
@@ -367,6 +380,8 @@ def build_tried(system: System) -> wp.Function:
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
         turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
         p.leap.followed += wp.int64(1)
+        if not rolls_along(turn, roll, p.leap):
+            turn.cosine = -ONE
         if p.leap.stage == BEGINNING:
             p = first_followed(turn, roll, period, p)
         elif p.leap.stage == COLUMNS:

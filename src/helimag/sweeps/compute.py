@@ -4,11 +4,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine import History, advance, start_state
+from helimag.engine import DEFAULT, History, advance, method_named, start_state
 from helimag.ensembles import Devices
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
@@ -50,10 +51,14 @@ SPREAD: dict[str, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Kept:
-    """What is kept of each point: its state at times (s), and how the devices end that it is run with."""
+    """What is kept of each point: its state at times (s), and how the devices end that it is run with.
+
+    ``method`` is what takes the steps of its runs, by the name that :func:`helimag.simulate` has for it.
+    """
 
     times: NDArray[np.float64] | None = None
     devices: Devices | None = None
+    method: str = DEFAULT
 
     @property
     def scalars(self) -> dict[str, tuple[str, str]]:
@@ -90,7 +95,7 @@ def compute(
     scenarios
         One a point; None where the point made no valid scenario.
     kept
-        What to keep of each beside its judgement.
+        What to keep of each beside its judgement, and how to run it.
     threads, progress
         As for :func:`helimag.engine.advance`.
     """
@@ -103,7 +108,8 @@ def compute(
     while batch := list(islice(runs, AT_ONCE)):
         states = np.array([run.state for run in batch])
         seen = None if progress is None else partial(_part_seen, progress, begin, len(batch), total)
-        histories = advance([run.scenario for run in batch], initial_states=states, threads=threads, progress=seen)
+        engine: dict[str, Any] = {"method": method_named(kept.method), "threads": threads, "progress": seen}
+        histories = advance([run.scenario for run in batch], initial_states=states, **engine)
         for run, history in zip(batch, histories, strict=True):
             if not run.drawn:
                 _fill(rows, run.point, history)
