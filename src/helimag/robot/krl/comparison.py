@@ -206,6 +206,9 @@ def _paces(plan: ArmPlan, playback: Playback, late: Floats) -> Iterator[str]:
             yield f"line {leg.line}: the motion takes {took:.6g} s, {off:.3g} s off the plan"
         if leg.rounded is not rounded and i < len(legs) - 1:
             yield f"line {leg.line}: the point is {'' if leg.rounded else 'not '}rounded, unlike the plan's"
+    stops, meant = sum(not leg.rounded for leg in legs), sum(not rounded for _, rounded, _ in planned)
+    if not one_by_one and stops != meant:
+        yield f"the arm stops {stops} times along the path; the plan has {meant} stops"
 
 
 def _turned(playback: Playback, leg: Leg) -> float:
