@@ -15,6 +15,7 @@ import tomli_w
 pytest.importorskip("cv2")
 pytest.importorskip("av")
 
+import av
 import cv2
 
 from helimag.errors import FileError, InputError
@@ -355,6 +356,11 @@ def test_tables_of_other_programs_are_the_same_track(program: str, tmp_path: Pat
             "scorer,net,net,net\nindividuals,a,a,a\nbodyparts,head,head,head\ncoords,x,y,likelihood\n0,1,2,0.9\n",
             "DeepLabCut",
         ),
+        (
+            "scorer,net,net,net\nbodyparts,head,head,head\ncoords,x,y,z\n0,1,2,3\n1,1,2,3\n",
+            "DeepLabCut in space, without times and units",
+        ),
+        ('<?xml version="1.0"?>\n<Tracks from="TrackMate v7.11.1">\n', "an XML file and no table; of TrackMate"),
         ("pt1_X,pt1_Y,pt1_Z\n1,2,3\n2,3,4\n", r"DLTdv \(x, y, z\)"),
         ("time [s],x [m],y [m],z [m]\n0,1e300,0,0\n1,0,0,0\n", "line 2: x must be at most 100000 mm either way; got"),
         ("time [s],x [m],y [m],z [m]\n0,1,0,0\n1,0,0,-150\n", "line 3: z must be at most 100000 mm"),
@@ -393,6 +399,44 @@ def test_the_roll_of_drawings_is_told_by_terms_and_how_well(sense: float) -> Non
     assert np.abs(off).max() < 0.012
     # eight terms of 32 drawings take a quarter of the scatter's variance; the rest tells it
     assert roll_sd == pytest.approx(0.02 / np.sqrt(2.0) * np.sqrt(8 / 32), rel=0.15)
+
+
+def test_pictures_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
+    """Names without leading zeros: 10.tif comes after 9.tif."""
+    for number in range(1, 13):
+        cv2.imwrite(str(tmp_path / f"run_{number}.tif"), np.full((8, 8), 10 * number, np.uint8))
+    assert [int(picture[0, 0]) for _, picture in Film(tmp_path, rate=30.0).frames()] == list(range(10, 130, 10))
+
+
+def test_a_stack_and_a_broken_picture_are_refused_in_one_line(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    cv2.imwritemulti(str(tmp_path / "stack.tif"), [np.full((8, 8), 10, np.uint8)] * 3)
+    with pytest.raises(InputError, match=r"stack\.tif is a picture or a stack of them, and no film"):
+        Film(tmp_path / "stack.tif", rate=30.0)
+    (tmp_path / "film").mkdir()
+    (tmp_path / "film" / "0.tif").write_bytes(b"II*\0 no picture")
+    with pytest.raises(FileError, match=r"0\.tif cannot be read as a picture"):
+        Film(tmp_path / "film", rate=30.0)
+    assert capfd.readouterr().err == ""  # OpenCV has nothing to add
+
+
+def test_a_film_that_does_not_say_how_long_it_is_gives_a_few_frames_of_all(tmp_path: Path) -> None:
+    """As Matroska does: not all frames are kept for the background. Brightness tells which frame one is."""
+    with av.open(str(tmp_path / "film.mkv"), "w") as container:
+        stream = container.add_stream("libx264", rate=30, options={"qp": "0"})
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        for index in range(200):
+            picture = np.full((48, 64), 20 + index, np.uint8)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="gray")))
+        container.mux(stream.encode())
+    film = Film(tmp_path / "film.mkv")
+    assert film.announced == 0
+    shown = np.array([float(np.mean(picture)) - 20.0 for picture in film.sample(8)])
+    assert 8 <= shown.size < 16
+    assert np.diff(shown) == pytest.approx(16.0, abs=1.5)
+    assert shown[0] < 2.0
+    assert shown[-1] > 180.0
 
 
 @pytest.mark.parametrize("start", [0.0, 0.01233, 0.371234])

@@ -40,6 +40,7 @@ class Format:
 FIGURE = Format((".png", ".svg", ".pdf"), "a figure")
 PAGE = Format((".html",), "an interactive page")
 FILM = Format((".mp4",), "a film")
+CLIP = Format((".mp4", ".avi"), "a clip")
 DATA = Format((".nc",), "the data", also=(".nc4", ".h5"))
 TABLE = Format((".csv",), "a table")
 STORE = Format((".zarr",), "the store", also=("",))
@@ -49,8 +50,9 @@ RIG = Format((".json",), "the rig")
 Writer = Callable[[Path], object]
 
 
-def check_outputs(paths: Sequence[Path] | None, *formats: Format) -> None:
-    """Refuse, before any work, what is none of ``formats`` or cannot be written, and figures without matplotlib.
+def check_outputs(paths: Sequence[Path] | None, *formats: Format, option: str = "--output") -> None:
+    """Refuse, before any work, what is none of ``formats`` or cannot be written, figures without matplotlib, and films
+    without PyAV; ``option`` is what named the paths.
 
     Raises
     ------
@@ -63,15 +65,18 @@ def check_outputs(paths: Sequence[Path] | None, *formats: Format) -> None:
     """
     for path in paths or ():
         if not any(format.fits(path) for format in formats):
-            raise InputError(f"--output must end in {' or '.join(map(str, formats))}; got '{path}'")
+            raise InputError(f"{option} must end in {' or '.join(map(str, formats))}; got '{path}'")
         if STORE.fits(path):
             check_folder(path)
         else:
             check_target(path)
     if len(set(paths or ())) < len(paths or ()):
-        raise InputError(f"--output names '{_repeated(paths or ())}' twice")
+        raise InputError(f"{option} names '{_repeated(paths or ())}' twice")
     if any(FIGURE.fits(path) or FILM.fits(path) or PAGE.fits(path) for path in paths or ()):
-        import helimag.plots  # noqa: F401
+        from helimag import plots
+
+        if any(FILM.fits(path) for path in paths or ()):
+            plots.check_filming()
 
 
 def _repeated(paths: Iterable[Path]) -> Path:

@@ -7,6 +7,7 @@ from cyclopts import App, Parameter
 
 from helimag.cli._common import PLAIN, Common
 from helimag.cli._outputs import (
+    CLIP,
     DATA,
     FIGURE,
     RIG,
@@ -14,7 +15,6 @@ from helimag.cli._outputs import (
     Outputs,
     check_folder,
     check_outputs,
-    check_target,
     files_report,
     print_files,
     write_outputs,
@@ -196,14 +196,17 @@ def track(
     clock_offset
         How far the second clock is ahead. Default: found from the films.
     review
-        Clip to write: both views with the track drawn on, and the path in space.
+        Clip to write (.mp4, .avi): both views with the track drawn on, and the path in space.
     """
     from helimag import quantities as q
     from helimag import vision
 
     check_outputs(output, DATA, FIGURE)
-    if review is not None:
-        check_target(review)
+    clips = [] if review is None else [review]
+    check_outputs(clips, CLIP, option="--review")
+    for film in (first, second):
+        if review is not None and review.resolve() == film.resolve():
+            raise InputError(f"--review must not be one of the films; got '{review}'")
     gap_length, shape, toml = _known(gap, scenario)
     calibrated = vision.Rig.load(rig)
     with progress_bar("tracking") as progress:
@@ -223,7 +226,7 @@ def track(
     if review is not None:
         with progress_bar("drawing the clip") as progress:
             vision.review(run, first, second, calibrated, review, shape=shape, rate=rate, progress=progress)
-    _tell(run, output, common.json, [] if review is None else [review])
+    _tell(run, output, common.json, clips)
 
 
 @app.command(name="import")
