@@ -197,7 +197,7 @@ def test_what_comes_out_does_not_depend_on_where_launches_end(monkeypatch):
 
 
 def test_a_long_run_is_stopped_at_once_keeps_what_it_has_and_goes_on_to_the_same_numbers():
-    """Ten hours of direct steps, given up after a moment: within half a second, and nothing that was computed is lost."""
+    """Ten hours of direct steps, given up after a moment: within half a second, and nothing computed is lost."""
     run = hm.load("nose-first/fig3c").replaced(
         {"drive.frequency": "2.5 Hz", "run.duration": "10 h", "run.interval": "1 s"}
     )

@@ -172,12 +172,34 @@ def test_a_chart_ends_before_its_coordinates_do():
     assert all(far_off(Place(0.0, 0.0, 0.0, *place)) for place in ((0.9, 0.0, 0.0), (0.0, -0.9, 0.0), (0.0, 0.0, -1.6)))
 
 
-def test_random_runs_are_those_of_exact_steps():
-    """Some of benchmarks/random_runs.py: in circles and straight, losing step, touching the magnet, meeting walls."""
+@pytest.fixture(scope="module")
+def random_runs():
+    """The module benchmarks/random_runs.py."""
     place = Path(__file__).parents[1] / "benchmarks" / "random_runs.py"
     spec = importlib.util.spec_from_file_location("random_runs", place)
-    random_runs = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(random_runs)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_a_device_that_is_swung_and_not_rolled_has_its_attitude_at_samples(random_runs):
+    """In step, but the field swings across it: a turn that takes the roll back again is none to leap over."""
+    run = random_runs.random_run(98)[1]
+    exact, leaping = both(run.replaced({"run.duration": 60.0, "run.interval": 1.0 / (3.0 * run.drive.frequency)}))
+    alike = np.abs(np.sum(exact.states[:, 3:] * leaping.states[:, 3:], axis=1))
+    np.testing.assert_allclose(alike, 1.0, rtol=0.0, atol=1e-9)
+
+
+def test_leaps_that_begin_after_a_slip_are_as_exact_as_others(random_runs):
+    """What steps of a turn miss is not what it will be when the device has settled, so it must be little."""
+    exact, leaping = both(random_runs.random_run(290)[1].replaced({"run.duration": 150.0, "run.interval": 1.0}))
+    assert exact.slips[-1] == 1
+    assert leaping.leapt > 0.8
+    assert np.linalg.norm(exact.states[:, :3] - leaping.states[:, :3], axis=1).max() < 2e-8
+
+
+def test_random_runs_are_those_of_exact_steps(random_runs):
+    """Some of benchmarks/random_runs.py: in circles and straight, losing step, touching the magnet, meeting walls."""
     numbers = (0, 1, 2, 3, 5, 12, 17, 19, 21, 27)
     kinds, runs = zip(*(random_runs.random_run(number) for number in numbers), strict=True)
     exact, leaping = advance(runs, method=DOP853, tolerance=1e-11), advance(runs)
