@@ -230,6 +230,11 @@ def test_a_trial_counts_the_runs_of_devices(place, monkeypatch):
     ("old", "new", "said"),
     [
         ("drive.distance", "device.weight.net_weight", "is an axis of the plan, but the calibration decides it"),
+        (
+            "drive.distance",
+            "device.helix.length",
+            "'device.helix.length' is an axis of the plan, but the calibration is",
+        ),
         ("fit.nc", "none.nc", "there is no file"),
         ("fit.nc", "base.toml", "cannot be read as netCDF"),
         ("draws = 6", "draws = 0", "draws"),
@@ -249,7 +254,8 @@ def test_a_trial_counts_the_runs_of_devices(place, monkeypatch):
     ],
 )
 def test_an_ensemble_that_does_not_fit_says_so_in_one_line(place, helimag, old, new, said):
-    values = ('["95 mm", "102 mm", "109 mm"]', '["50 uN"]') if "net_weight" in new else ("", "")
+    others = {"device.weight.net_weight": '["50 uN"]', "device.helix.length": '["3 mm", "4 mm"]'}
+    values = ('["95 mm", "102 mm", "109 mm"]', others[new]) if new in others else ("", "")
     (place / "wrong.toml").write_text(PLAN.replace(old, new, 1).replace(*values), encoding="utf-8")
     status, out, err = helimag("sweep", str(place / "wrong.toml"), "-o", str(place / "wrong.zarr"))
     assert (status, out) == (2, "")
