@@ -133,7 +133,8 @@ def test_a_batch_holds_as_many_runs_as_it_may_however_many_devices_there_are(pla
         return advance(batch, **options)
 
     monkeypatch.setattr(compute, "advance", counted)
-    monkeypatch.setattr(compute, "AT_ONCE", 4)
+    for name in ("FEWEST_AT_ONCE", "MOST_AT_ONCE"):
+        monkeypatch.setattr(compute, name, 4)
     parts = compute.compute([None, *scenarios], kept, progress=told.append)
     assert sizes == [4, 4, 4, 4, 4, 1]
     assert told == sorted(told)
