@@ -4,10 +4,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Parameter, validators
+from cyclopts import Parameter
 
 from helimag.cli import proofs
 from helimag.cli._common import PLAIN, Common
+from helimag.cli._drawing import NO_DRAWING, DrawOptions
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
@@ -31,7 +32,7 @@ from helimag.cli._shared import (
     scenario_from,
     validity_warnings,
 )
-from helimag.cli.calibration import DrawOptions, predict
+from helimag.cli.calibration import predict
 from helimag.errors import InputError
 from helimag.outcomes import Future
 
@@ -108,10 +109,7 @@ def simulate(
     orbit: bool = True,
     accuracy: bool = True,
     ensemble: Path | None = None,
-    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
-    displacement: str | None = None,
-    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
-    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
+    drawing: DrawOptions = NO_DRAWING,
     certificate: Path | None = None,
     common: Common = PLAIN,
 ) -> None:
@@ -137,25 +135,15 @@ def simulate(
     ensemble
         What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is, without
         orbits or accuracy.
-    noise
-        With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
-        repeated.
-    displacement
-        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is released.
-    draws
-        With --ensemble: how many runs; 100 if left out.
-    seed
-        With --ensemble: of the draws; 0 if left out.
     certificate
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
-    drawn = DrawOptions(noise, displacement, draws, seed)
     own = {"run.duration": duration, "run.interval": interval}
     if ensemble is not None:
         _check_for_many(output, certificate)
-        predict(scenario_from(scenario, changes, own), ensemble, drawn, method=method, device=device, json=common.json)
+        predict(scenario_from(scenario, changes, own), ensemble, drawing, method=method, device=device, json=common.json)
         return
-    drawn.check_unused()
+    drawing.check_unused()
     from helimag.engine import simulate as run
 
     check_outputs(output, DATA, FIGURE, FILM)

@@ -135,8 +135,8 @@ class Scenario(Part):
         touched = {path.partition(".")[0] for path in changes} & Scenario.model_fields.keys()
         data = {name: getattr(self, name) for name in Scenario.model_fields}
         data |= self.model_dump(mode="python", include=touched)
-        marks = data["provenance"].items()
-        data["provenance"] = {key: mark for key, mark in marks if not any(_overlap(key, path) for path in changes)}
+        kept = _apart(tuple(data["provenance"]), tuple(changes))
+        data["provenance"] = {key: data["provenance"][key] for key in kept}
         for path, value in changes.items():
             self._assign(data, path, value)
         changed = validated(data, in_file=False)
@@ -190,7 +190,12 @@ def _without_none(value: Any) -> Any:
     return value
 
 
-@lru_cache(maxsize=4096)  # the same marks and paths for every run of a sweep
+@lru_cache(maxsize=64)  # the same marks and paths for every run of a sweep
+def _apart(marks: Sequence[str], paths: Sequence[str]) -> tuple[str, ...]:
+    """The marks that speak of none of the paths."""
+    return tuple(mark for mark in marks if not any(_overlap(mark, path) for path in paths))
+
+
 def _overlap(one: str, other: str) -> bool:
     """Whether one of two dotted paths lies within the other, so that a mark on the one speaks of the other.
 
