@@ -280,6 +280,7 @@ def _write(run: "Trajectory", output: list[Path] | None) -> None:
 def _tell(run: "Trajectory", output: list[Path] | None, json: bool, beside: list[Path] | None = None) -> None:
     import sys
 
+    from helimag.runs import interval_text
     from helimag.runs.measurement import report
 
     numbers = report(run)
@@ -287,10 +288,10 @@ def _tell(run: "Trajectory", output: list[Path] | None, json: bool, beside: list
     if json:
         print_json(numbers | files_report(written))
         return
-    low, high = (1e3 * bound for bound in numbers["output_y_95_m"])
+    extent = interval_text(numbers["output_y_95_m"], 3, per=1e3, unit=" mm")
     print(f"{run.dataset.attrs['name']}: {numbers['verdict']}, {numbers['reason']}")
-    print(f"  gain          {numbers['gain']:.4f}, 95 % {numbers['gain_95'][0]:.4f} to {numbers['gain_95'][1]:.4f}")
-    print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, 95 % {low:.3f} to {high:.3f} mm")
+    print(f"  gain          {numbers['gain']:.4f}, {interval_text(numbers['gain_95'], 4)}")
+    print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, {extent}")
     if "attack_angle_deg" in numbers:
         print(
             f"  attack angle  {numbers['attack_angle_deg']:.2f} deg, wobble {numbers['wobble_deg']:.2f} deg "
