@@ -89,7 +89,7 @@ def returning(rows: Floats, fresh: Floats) -> Floats:
         across = away[:, 1] * half[:, 0] - away[:, 0] * half[:, 1]
         swing = float(np.sqrt(np.mean((across / np.linalg.norm(half, axis=1)) ** 2)))
     share = 1.0 / np.hypot(1.0, swing / GRID)
-    return RETURNING * np.array([1.0, share, 1.0, share]) * fresh
+    return np.asarray(RETURNING * np.array([1.0, share, 1.0, share]) * fresh)
 
 
 def parted(rows: Floats, view: PreparedView) -> tuple[Floats, Floats]:
