@@ -40,11 +40,14 @@ from helimag.vision import (
 )
 from helimag.vision.calibration.lenses import read_lens
 from helimag.vision.silhouette import outline, silhouette
-from helimag.vision.tracking.alignment import _mean_sd
+from helimag.vision.tracking.alignment import Offset, _mean_sd
+from helimag.vision.tracking.assembly import _Joined, _spread
 from helimag.vision.tracking.detection import blobs, measure
 from helimag.vision.tracking.drawings import Errors, _roll
-from helimag.vision.tracking.noise import frame_noise
+from helimag.vision.tracking.noise import frame_noise, turning
+from helimag.vision.tracking.search import Sighting
 from helimag.vision.tracking.uncertainty import taken_away
+from helimag.vision.tracking.views import RETURNING, PreparedView, returning
 
 ANGLE = np.radians(25.0)
 SEED = 2
@@ -486,12 +489,62 @@ def test_noise_of_a_swinging_device_is_its_noise() -> None:
     time = time[random.uniform(size=150) > 0.06]
     rows = np.ones((time.size, 13))
     swing = 2.0 * np.pi * 3.5 * time
+    rows[:, 10], rows[:, 11] = np.cos(swing), np.sin(swing)
     rows[:, 0] = 100.0 * time + 0.02 * random.standard_normal(time.size)
     rows[:, 1] = 4.0 * np.sin(swing) + 0.02 * random.standard_normal(time.size)
     rows[:, 2], rows[:, 3] = 45.0, 5.0 * np.cos(swing) + 0.03 * random.standard_normal(time.size)
     found = frame_noise(time, rows, 1.0 / 30.0)
     assert found[1] == pytest.approx(0.02, rel=0.3)
     assert found[3] == pytest.approx(0.03, rel=0.3)
+
+
+def test_the_turn_is_told_from_the_coil_with_frames_lost_and_a_wobble() -> None:
+    """Phases swing by 0.2 rad with the turn, as a wobbling device's do; a device that does not turn has no rate."""
+    time = np.delete(np.arange(60) / 30.0, [7, 20, 21, 40])
+    turn = 2.0 * np.pi * 3.5 * time
+    rows = np.ones((time.size, 13))
+    phase = 1.0 - turn + 0.2 * np.sin(turn)
+    rows[:, 10], rows[:, 11] = np.cos(phase), np.sin(phase)
+    assert turning(time, rows, 1.0 / 30.0) == pytest.approx(-2.0 * np.pi * 3.5, rel=2e-3)
+    assert turning(time, np.ones((time.size, 13)), 1.0 / 30.0) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_prediction_leaves_out_returns_unless_the_device_swings_across() -> None:
+    """Straight on: all of it. Across by 0.05 px: as good as all; by 3 px: a third, and along as before."""
+    time = np.arange(90) / 30.0
+    rows = np.ones((time.size, 13))
+    rows[:, 2], rows[:, 3] = 45.0, 0.0
+    fresh = np.full(4, 0.01)
+    found = []
+    for swing in (0.0, 0.05, 3.0):
+        rows[:, 0], rows[:, 1] = 100.0 * time, 20.0 * time + np.sqrt(2.0) * swing * np.sin(2.0 * np.pi * 3.5 * time)
+        found.append(returning(rows, fresh))
+    assert found[0] == pytest.approx(RETURNING * 0.01, rel=1e-6)
+    assert found[1] == pytest.approx(found[0], rel=2e-3)
+    assert found[2][[0, 2]] == pytest.approx(found[0][[0, 2]])
+    assert found[2][[1, 3]] == pytest.approx(found[0][[1, 3]] / np.sqrt(10.0), rel=0.25)  # a mean over 1.3 turns
+
+
+def test_a_clock_that_is_off_turns_a_swinging_device() -> None:
+    """What the second view's numbers move by in a standard deviation of the clock, from the swing's own speed."""
+    time = np.arange(40) / 30.0
+    rate, sd, lag = 2.0 * np.pi * 1.5, 2e-3, 0.01
+    lean = 0.1 * np.sin(rate * time)
+    rows = np.zeros((time.size, 13))
+    rows[:, 0], rows[:, 1] = 100.0 * time, 3.0 * lean
+    rows[:, 2], rows[:, 3] = 45.0 * np.cos(lean), 45.0 * np.sin(lean)
+    views = [PreparedView(Sighting(time + late, rows), np.zeros(4), np.zeros(4), None) for late in (0.0, 0.01)]
+    frames = np.arange(5, 35)
+    joined = _Joined(frames, (rows[frames], rows[frames]), None, 0.0, 1.0, frames)  # type: ignore[arg-type]
+    clock = _spread(joined, views, Offset(lag, sd, True)).clock
+    speed = 0.1 * rate * np.cos(rate * time[frames])
+    assert not clock[:, :4].any()
+    assert clock[:, 7] == pytest.approx(45.0 * speed * sd, rel=0.01, abs=1e-4)
+    across = 3.0 * speed * np.cos(lean[frames]) - 100.0 * np.sin(lean[frames])
+    assert clock[:, 5] == pytest.approx(across * sd, rel=0.01, abs=1e-4)
+    along = 100.0 * np.cos(lean[frames]) + 3.0 * speed * np.sin(lean[frames])
+    assert clock[:, 4] == pytest.approx(along * sd, rel=0.01, abs=1e-4)
+    assert clock[:, 6] == pytest.approx(along * sd, rel=0.01, abs=1e-4)
 
 
 def test_what_smoothing_takes_from_a_motion_counts_where_noise_does_not_explain_it() -> None:
