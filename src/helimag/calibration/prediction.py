@@ -113,6 +113,11 @@ def predict(
     tolerance, device, threads, progress
         As for :func:`helimag.engine.advance`.
 
+    Returns
+    -------
+    Prediction
+        Outcomes with their probabilities, and bands of height.
+
     Raises
     ------
     InputError

@@ -8,9 +8,10 @@ from helimag.cli._common import PLAIN, Common
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
+    Drawing,
+    FigureSize,
     Outputs,
     check_outputs,
-    drawn,
     files_report,
     print_files,
     the_one,
@@ -21,6 +22,7 @@ from helimag.errors import InputError
 
 if TYPE_CHECKING:
     from helimag.calibration import Posterior
+    from helimag.cli._outputs import Format, Writer
     from helimag.ensembles import Noise
     from helimag.scenario import Scenario
 
@@ -29,6 +31,7 @@ def calibrate(
     plan: Path,
     *,
     output: Outputs = None,
+    size: FigureSize = None,
     threads: int | None = None,
     next_runs: bool = True,
     common: Common = PLAIN,
@@ -47,7 +50,7 @@ def calibrate(
     next_runs
         Whether to say which run would tell most next.
     """
-    check_outputs(output, DATA, FIGURE)
+    check_outputs(output, DATA, FIGURE, size=size)
     target = the_one(output, DATA)
     from helimag import calibration
 
@@ -56,7 +59,11 @@ def calibrate(
             fit = calibration.calibrate(plan, output=target, threads=threads, progress=progress)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"run the same command again to go on from what is kept beside {target}") from None
-    write_outputs(output, {DATA: lambda _: None, FIGURE: drawn(lambda plots: plots.draw_fit(fit))})
+    writers: dict[Format, Writer] = {
+        DATA: lambda _: None,
+        FIGURE: Drawing(lambda plots, size: plots.draw_fit(fit, size=size)),
+    }
+    write_outputs(output, writers, size=size)
     found = calibration.findings(fit)
     worths = calibration.worths(fit, threads=threads) if next_runs else []
     if common.json:

@@ -16,9 +16,10 @@ from helimag.cli._outputs import (
     PAGE,
     STORE,
     TABLE,
+    Drawing,
+    FigureSize,
     Outputs,
     check_outputs,
-    drawn,
     files_report,
     print_files,
     the_one,
@@ -37,6 +38,7 @@ def sweep(
     plan: Path,
     *,
     output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--export"])] = None,
+    size: FigureSize = None,
     scheduler: str | None = None,
     threads: int | None = None,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
@@ -75,7 +77,7 @@ def sweep(
     seed
         With an ensemble: of the draws; 0 if left out.
     """
-    check_outputs(output, STORE, DATA, TABLE, FIGURE, PAGE)
+    check_outputs(output, STORE, DATA, TABLE, FIGURE, PAGE, size=size)
     from helimag import sweeps
 
     if threads is not None and threads < 1:
@@ -90,7 +92,7 @@ def sweep(
             dataset = sweeps.sweep(asked, out=store, scheduler=scheduler, threads=threads, progress=progress)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"run the same command again to go on from what is in {store}") from None
-    write_outputs(output, {STORE: lambda _: None, **sweep_writers(dataset)})
+    write_outputs(output, {STORE: lambda _: None, **sweep_writers(dataset)}, size=size)
     _print_result(dataset, store, output, common.json)
 
 
@@ -101,7 +103,7 @@ def sweep_writers(dataset: Any) -> "dict[Format, Writer]":
     return {
         DATA: lambda path: export(dataset, path),
         TABLE: lambda path: export(dataset, path),
-        FIGURE: drawn(lambda plots: plots.draw_sweep(dataset)),
+        FIGURE: Drawing(lambda plots, size: plots.draw_sweep(dataset, size=size)),
         PAGE: lambda path: _write_page(dataset, path),
     }
 

@@ -12,6 +12,11 @@ from helimag.scenario._scenario import Scenario, validated
 def parse(text: str, source: str = "scenario", *, folder: Path | None = None) -> Scenario:
     """Read a scenario from TOML text; ``source`` names it in messages, ``folder`` is where its files lie.
 
+    Returns
+    -------
+    Scenario
+        Checked.
+
     Raises
     ------
     InputError

@@ -47,6 +47,11 @@ def _short(value: object) -> str:
 def model_of(kind: type[Model], data: Mapping[str, object], source: str) -> Model:
     """A model of tables that a file holds; ``source`` names it in messages.
 
+    Returns
+    -------
+    Model
+        Checked.
+
     Raises
     ------
     InputError

@@ -116,6 +116,11 @@ class Scenario(Part):
         A component of a vector is named too (``drive.start.y``, ``workspace.walls.x.low``), and one of several magnets
         by its index (``magnet.1.moment``); a single magnet has none.
 
+        Returns
+        -------
+        Scenario
+            A new one, checked as a file is; this one stays as it is.
+
         Raises
         ------
         InputError
@@ -172,7 +177,13 @@ class Scenario(Part):
         raise nowhere(path, depth, tuple(at) if isinstance(at, dict) else (), given=at is not None)
 
     def to_toml(self) -> str:
-        """The scenario as a file's text, in which every value carries its unit."""
+        """The scenario as a file's text, in which every value carries its unit.
+
+        Returns
+        -------
+        str
+            Which :func:`helimag.load` reads from a file as the same scenario.
+        """
         import tomli_w
 
         data = _without_none(self.model_dump(mode="json"))
