@@ -132,10 +132,11 @@ def _observation(entry: Any, context: Any) -> Any:
     known = [*NUMBERS, "attracted", "fell", "floor", "surface", "wall", "stays", "track"]
     if what not in known:
         raise InputError(f".observed.what must be one of {', '.join(known)}; got {what!r}")
+    kind = KINDS.get(str(what), Ending)
     try:
-        return KINDS.get(str(what), Ending).model_validate(entry, context=context)
+        return kind.model_validate(entry, context=context)
     except ValidationError as error:
-        problems = "; ".join(messages(error))
+        problems = "; ".join(messages(error, kind))
         raise InputError(f".observed '{what}': {problems}") from None
 
 
