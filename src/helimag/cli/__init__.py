@@ -18,7 +18,8 @@ ALLOCATIONS = 200_000  # between looks for garbage: imports make none (benchmark
 LONGEST_SHOWN = 80  # characters of such a path
 app = App(
     name="helimag",
-    help="Simulate and judge open-loop runs of magnetic helical devices under a rotating permanent magnet.",
+    help="Simulate and judge open-loop runs of magnetic helical devices under a rotating permanent magnet. "
+    "To begin with: helimag simulate paper/fig3c, or helimag studio.",
     version_flags=["--version"],
     version_format="plaintext",
     result_action="return_value",

@@ -8,9 +8,10 @@ from helimag.cli._drawing import DrawOptions
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
+    Drawing,
+    FigureSize,
     Outputs,
     check_outputs,
-    drawn,
     files_report,
     print_files,
     the_one,
@@ -20,6 +21,7 @@ from helimag.cli._shared import print_json, progress_bar
 
 if TYPE_CHECKING:
     from helimag.calibration import Posterior
+    from helimag.cli._outputs import Format, Writer
     from helimag.scenario import Scenario
 
 
@@ -27,6 +29,7 @@ def calibrate(
     plan: Path,
     *,
     output: Outputs = None,
+    size: FigureSize = None,
     threads: int | None = None,
     next_runs: bool = True,
     common: Common = PLAIN,
@@ -45,7 +48,7 @@ def calibrate(
     next_runs
         Whether to say which run would tell most next.
     """
-    check_outputs(output, DATA, FIGURE)
+    check_outputs(output, DATA, FIGURE, size=size)
     target = the_one(output, DATA)
     from helimag import calibration
 
@@ -54,7 +57,11 @@ def calibrate(
             fit = calibration.calibrate(plan, output=target, threads=threads, progress=progress)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"run the same command again to go on from what is kept beside {target}") from None
-    write_outputs(output, {DATA: lambda _: None, FIGURE: drawn(lambda plots: plots.draw_fit(fit))})
+    writers: dict[Format, Writer] = {
+        DATA: lambda _: None,
+        FIGURE: Drawing(lambda plots, size: plots.draw_fit(fit, size=size)),
+    }
+    write_outputs(output, writers, size=size)
     found = calibration.findings(fit)
     worths = calibration.worths(fit, threads=threads) if next_runs else []
     if common.json:

@@ -13,9 +13,10 @@ from helimag.cli._outputs import (
     DATA,
     FIGURE,
     FILM,
+    Drawing,
+    FigureSize,
     Outputs,
     check_outputs,
-    drawn,
     files_report,
     print_files,
     write_outputs,
@@ -104,6 +105,7 @@ def simulate(
     duration: str | None = None,
     interval: str | None = None,
     output: Outputs = None,
+    size: FigureSize = None,
     method: Literal["multirevolution", "direct"] = "multirevolution",
     device: str = "cpu",
     orbit: bool = True,
@@ -141,19 +143,22 @@ def simulate(
     own = {"run.duration": duration, "run.interval": interval}
     if ensemble is not None:
         _check_for_many(output, certificate)
-        predict(scenario_from(scenario, changes, own), ensemble, drawing, method=method, device=device, json=common.json)
+        check_outputs(None, size=size)
+        predict(
+            scenario_from(scenario, changes, own), ensemble, drawing, method=method, device=device, json=common.json
+        )
         return
     drawing.check_unused()
     from helimag.engine import simulate as run
 
-    check_outputs(output, DATA, FIGURE, FILM)
+    check_outputs(output, DATA, FIGURE, FILM, size=size)
     chosen = scenario_from(scenario, changes, own)
     proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
         trajectory = run(chosen, method=method, device=device, accuracy=accuracy, progress=progress)
     if proof is not None:
         trajectory = proofs.carried(trajectory, proof)
-    write_outputs(output, run_writers(trajectory))
+    write_outputs(output, run_writers(trajectory), size=size)
     outlook = None
     if orbit:
         from helimag.orbits import explain
@@ -175,7 +180,11 @@ def simulate(
 
 def run_writers(run: "Trajectory") -> "dict[Format, Writer]":
     """What can be made of a run: its data, a figure, a film."""
-    return {DATA: run.save, FIGURE: drawn(lambda plots: plots.draw_run(run)), FILM: lambda path: _film(run, path)}
+    return {
+        DATA: run.save,
+        FIGURE: Drawing(lambda plots, size: plots.draw_run(run, size=size)),
+        FILM: lambda path: _film(run, path),
+    }
 
 
 def _film(run: "Trajectory", path: Path) -> None:

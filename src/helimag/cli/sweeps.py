@@ -17,9 +17,10 @@ from helimag.cli._outputs import (
     PAGE,
     STORE,
     TABLE,
+    Drawing,
+    FigureSize,
     Outputs,
     check_outputs,
-    drawn,
     files_report,
     print_files,
     the_one,
@@ -37,6 +38,7 @@ def sweep(
     plan: Path,
     *,
     output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--export"])] = None,
+    size: FigureSize = None,
     scheduler: str | None = None,
     threads: int | None = None,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
@@ -63,7 +65,7 @@ def sweep(
         What calibrate wrote: run every point with devices from it, and keep how likely each outcome is there. This and
         the following go over the plan's own [ensemble].
     """
-    check_outputs(output, STORE, DATA, TABLE, FIGURE, PAGE)
+    check_outputs(output, STORE, DATA, TABLE, FIGURE, PAGE, size=size)
     from helimag import sweeps
 
     if threads is not None and threads < 1:
@@ -78,7 +80,7 @@ def sweep(
             dataset = sweeps.sweep(asked, out=store, scheduler=scheduler, threads=threads, progress=progress)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"run the same command again to go on from what is in {store}") from None
-    write_outputs(output, {STORE: lambda _: None, **sweep_writers(dataset)})
+    write_outputs(output, {STORE: lambda _: None, **sweep_writers(dataset)}, size=size)
     _print_result(dataset, store, output, common.json)
 
 
@@ -89,7 +91,7 @@ def sweep_writers(dataset: Any) -> "dict[Format, Writer]":
     return {
         DATA: lambda path: export(dataset, path),
         TABLE: lambda path: export(dataset, path),
-        FIGURE: drawn(lambda plots: plots.draw_sweep(dataset)),
+        FIGURE: Drawing(lambda plots, size: plots.draw_sweep(dataset, size=size)),
         PAGE: lambda path: _write_page(dataset, path),
     }
 

@@ -61,6 +61,11 @@ def judge(run: Heights) -> Judgement:
     device covers, and the gain is y / u (eq. 6; the paper's y has the other sign). Mean and standard deviation of the
     attack angle (wobble) are over the second half of the run, when the start has died out.
 
+    Returns
+    -------
+    Judgement
+        Gain, verdict and reason.
+
     Raises
     ------
     InputError
@@ -116,6 +121,11 @@ def gain_until(run: Heights, time: float) -> float:
         The run; where it ended before ``time``, all of it counts.
     time
         Seconds, not before the first sample.
+
+    Returns
+    -------
+    float
+        Output over input.
 
     Raises
     ------

@@ -116,6 +116,11 @@ class Scenario(Part):
         A component of a vector is named too (``drive.start.y``, ``workspace.walls.x.low``), and one of several magnets
         by its index (``magnet.1.moment``); a single magnet has none.
 
+        Returns
+        -------
+        Scenario
+            A new one, checked as a file is; this one stays as it is.
+
         Raises
         ------
         InputError
@@ -168,11 +173,17 @@ class Scenario(Part):
             names = tuple(str(i) for i in range(len(at))) if parent == "magnet" else leaf(self, parent).components
             if step in names:
                 return names.index(step)
-            raise nowhere(path, depth, names)
-        raise nowhere(path, depth, tuple(at) if isinstance(at, dict) else (), given=at is not None)
+            raise nowhere(path, depth, names, kind=Scenario)
+        raise nowhere(path, depth, tuple(at) if isinstance(at, dict) else (), given=at is not None, kind=Scenario)
 
     def to_toml(self) -> str:
-        """The scenario as a file's text, in which every value carries its unit."""
+        """The scenario as a file's text, in which every value carries its unit.
+
+        Returns
+        -------
+        str
+            Which :func:`helimag.load` reads from a file as the same scenario.
+        """
         import tomli_w
 
         data = _without_none(self.model_dump(mode="json"))
@@ -209,6 +220,6 @@ def validated(data: Mapping[str, object], *, in_file: bool) -> Scenario:
     try:
         return Scenario.model_validate(data, context={"file": in_file})
     except ValidationError as error:
-        raise InputError("; ".join(messages(error))) from None
+        raise InputError("; ".join(messages(error, Scenario))) from None
     except UnicodeEncodeError as error:
         raise InputError(f"a scenario's text must be Unicode; got {ascii(error.object)[:60]}") from None

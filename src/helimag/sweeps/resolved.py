@@ -142,6 +142,11 @@ class ResolvedPlan:
     def scenario(self, values: Mapping[str, Value]) -> Scenario:
         """The scenario of one point.
 
+        Returns
+        -------
+        Scenario
+            The base with the axes' values.
+
         Raises
         ------
         InputError
@@ -179,6 +184,11 @@ class ResolvedPlan:
 
 def resolve(plan: Plan) -> ResolvedPlan:
     """Load the base, apply the changes and turn the axes into SI.
+
+    Returns
+    -------
+    ResolvedPlan
+        Whose points can be run.
 
     Raises
     ------
