@@ -74,6 +74,8 @@ RIGHT = {
     "krl-vel-aggregate": (SECONDS / 2.0, False),
     "krl-vel-aggregate-right": (SECONDS, True),
     "krl-wait-for": r"line 44: \$IN\[1\] is an input",
+    "lab-expert": (SECONDS, True),  # by hand: points in an array, a count, a speed worked out
+    "lab-inline": (SECONDS, True),  # from the pendant: folds, inline forms, their data
 }
 
 

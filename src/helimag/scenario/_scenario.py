@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import unicodedata
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Any, Self
@@ -18,6 +19,7 @@ from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Workspace
 from helimag.scenario._titles import titled
 
 ORIGIN = "_origin"  # beside the fields, and none of them: what a scenario was changed from says nothing of what it is
+UNWRITTEN = {"Cc", "Cs", "Zl", "Zp"}  # categories of characters that no name in a figure, file or terminal holds
 MARKS = ("published", "fitted", "assumed", "measured")
 
 
@@ -47,6 +49,8 @@ class Scenario(Part):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        if any(unicodedata.category(character) in UNWRITTEN for character in self.name):
+            raise InputError(f"name must be one line without control characters; got {ascii(self.name)}")
         if len({magnet.field for magnet in self.magnet}) > 1:
             raise InputError("magnet: all magnets must have the same field model")
         if self.drive.distance <= self.contact_distance:
