@@ -39,6 +39,7 @@ from helimag.vision import (
     track,
 )
 from helimag.vision.calibration.lenses import read_lens
+from helimag.vision.calibration.shared_errors import excess, widening
 from helimag.vision.silhouette import outline, silhouette
 from helimag.vision.tracking.alignment import Offset, _mean_sd
 from helimag.vision.tracking.assembly import _Joined, _spread
@@ -252,6 +253,46 @@ def test_sharpened_keeps_a_swing_and_counts_its_noise() -> None:
     noise = np.random.default_rng(0).standard_normal((400, 300))
     left, _ = sharpened(time, noise, 1.0 / 30.0)
     assert left[inner].var() == pytest.approx(np.sum(weights[200] ** 2), rel=0.02)
+
+
+def test_errors_that_a_picture_s_corners_share_widen_the_covariance_as_they_should() -> None:
+    """Beside the covariance of least squares under the true errors, in closed form; independent ones widen nothing."""
+    random = np.random.default_rng(3)
+    pictures, rows, shared, own = 40, 20, 8, 3
+    jacobian = np.zeros((pictures * rows, shared + own * pictures))
+    picture = np.repeat(np.arange(pictures), rows)
+    common = random.standard_normal((pictures, rows))
+    jacobian[:, :shared] = random.standard_normal((pictures * rows, shared)) + 2.0 * np.repeat(
+        random.standard_normal((pictures, shared)), rows, axis=0
+    ) * common.reshape(-1, 1)
+    for number in range(pictures):
+        at = shared + own * number
+        jacobian[picture == number, at : at + own] = random.standard_normal((rows, own))
+    inverse = np.linalg.inv(jacobian.T @ jacobian)
+    hat = jacobian @ inverse @ jacobian.T
+    for strength in (0.0, 0.7):
+        spread = np.kron(np.eye(pictures), np.ones((rows, rows))) * np.outer(common.ravel(), common.ravel())
+        errors = np.eye(picture.size) + strength**2 * spread
+        true = (inverse @ jacobian.T @ errors @ jacobian @ inverse)[:shared, :shared]
+        found = []
+        for _ in range(8):
+            noise = random.standard_normal(picture.size)
+            noise += strength * np.repeat(random.standard_normal(pictures), rows) * common.ravel()
+            found.append(widening(jacobian, noise - hat @ noise, picture, shared))
+        variance = np.trace(errors - hat @ errors) / (picture.size - jacobian.shape[1])
+        due = np.trace(np.linalg.solve(inverse[:shared, :shared], true)) / shared / variance
+        assert np.mean(found) == pytest.approx(due, rel=0.2)
+        assert due == pytest.approx(1.0) if strength == 0.0 else due > 2.0
+
+
+def test_a_datum_seen_badly_is_less_certain() -> None:
+    random = np.random.default_rng(4)
+    jacobian = random.standard_normal((4000, 6))
+    noise = 2.0 * random.standard_normal(4000)
+    taken = jacobian @ np.linalg.lstsq(jacobian, noise, rcond=None)[0]
+    more = excess(jacobian, noise - taken, 1.0)
+    assert np.diag(more) == pytest.approx(3.0 / 4000.0, rel=0.2)
+    assert not excess(jacobian, (noise - taken) / 3.0, 1.0).any()
 
 
 def test_legacy_boards_calibrate_and_plain_ones_are_named(tmp_path: Path) -> None:
