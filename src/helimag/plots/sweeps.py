@@ -133,7 +133,8 @@ def heading(dataset: "xarray.Dataset") -> str:
     """The sweep's title, and the inputs that all its runs share."""
     swept = {line.field for line in parse_plan(dataset.attrs["plan"]).axis}
     base = parse(dataset.attrs["scenario"])
-    return f"{dataset.attrs['title']}: {base.title}\n{drive_inputs(base, without=swept)}"
+    names = dict.fromkeys((dataset.attrs["title"], base.title))  # once where a plan is called as its device
+    return f"{': '.join(names)}\n{drive_inputs(base, without=swept)}"
 
 
 def _lay_over(axes: Axes, part: "xarray.Dataset", curves: Sequence["BoundaryCurve"]) -> list[Line2D]:

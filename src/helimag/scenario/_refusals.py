@@ -40,12 +40,18 @@ def field_paths(kind: type[BaseModel], before: str = "") -> Iterator[str]:
 
 
 def _keys(kind: type[BaseModel], steps: Sequence[int | str]) -> set[str]:
-    """Keys that a part of a model may have, the part by its place; numbers in lists and forms of a union are passed."""
+    """Keys that a part of a model may have, the part by its place: keys, numbers in lists, words that choose a form."""
     parts = [kind]
     for step in steps:
         fields = [part.model_fields[str(step)] for part in parts if step in part.model_fields]
-        parts = [inner for field in fields for inner in models_in(field.annotation)] or parts
+        below = [inner for field in fields for inner in models_in(field.annotation)]
+        parts = below or [part for part in parts if _chosen_by(part, step)] or parts
     return {key for part in parts for key in part.model_fields}
+
+
+def _chosen_by(part: type[BaseModel], word: int | str) -> bool:
+    """Whether a part is the form of a union that a word chooses, such as ``shape = "sphere"``."""
+    return any(word in get_args(field.annotation) for field in part.model_fields.values())
 
 
 def messages(error: ValidationError, kind: type[BaseModel]) -> Iterator[str]:
