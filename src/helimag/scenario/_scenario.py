@@ -50,7 +50,7 @@ class Scenario(Part):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if any(unicodedata.category(character) in UNWRITTEN for character in self.name):
-            raise InputError(f"name must be one line without control characters; got {ascii(self.name)}")
+            raise InputError(f"name must be one line without control characters; got {self.name!a}")
         if len({magnet.field for magnet in self.magnet}) > 1:
             raise InputError("magnet: all magnets must have the same field model")
         if self.drive.distance <= self.contact_distance:
