@@ -13,7 +13,7 @@ from helimag.errors import FileError, InputError
 from helimag.files import replacing
 from helimag.vision._cv import cv2
 from helimag.vision.refraction import Wall, nearest, sight, through
-from helimag.vision.rig_checks import check_rig
+from helimag.vision.rig_checks import check_lens, check_pose, check_tank, check_wall
 
 Floats = NDArray[np.float64]
 
@@ -170,8 +170,8 @@ class Rig:
             first, second = (_camera(entry) for entry in data["cameras"])
             tank = np.array(data["tank_m"], dtype=np.float64).reshape(2, 3)
             variants = tuple((_camera(one), _camera(two)) for one, two in data.get("variants", ()))
+            check_tank(tank, float(data["accuracy_m"]))
             rig = cls((first, second), tank, float(data["accuracy_m"]), dict(data["notes"]), variants)
-            check_rig(rig)
         except (LookupError, TypeError, ValueError, OverflowError, AttributeError) as error:
             reason = str(error) if isinstance(error, InputError) else repr(error)
             raise InputError(
@@ -206,8 +206,9 @@ def _plain(camera: Camera) -> dict[str, Any]:
 
 
 def _camera(entry: dict[str, Any]) -> Camera:
+    """A camera as a file says it, held to what cameras can be."""
     wall = entry["wall"]
-    return Camera(
+    camera = Camera(
         name=str(entry["name"]),
         matrix=np.array(entry["matrix_px"], dtype=np.float64).reshape(3, 3),
         distortion=np.array(entry["distortion"], dtype=np.float64).reshape(5),
@@ -223,6 +224,12 @@ def _camera(entry: dict[str, Any]) -> Camera:
             (float(wall["indices"][0]), float(wall["indices"][1]), float(wall["indices"][2])),
         ),
     )
+    name = f"camera '{camera.name}'"
+    check_lens(name, camera.size, camera.matrix, camera.distortion)
+    check_pose(name, camera.rotation, camera.translation)
+    if camera.wall is not None:
+        check_wall(name, camera.wall)
+    return camera
 
 
 def looking(position: Floats, target: Floats, up: Floats) -> tuple[Floats, Floats]:
