@@ -6,11 +6,11 @@ import helimag as hm
 
 stops = hm.load("paper/table1-row3")
 holds = stops.replaced({"workspace.contact": "hold"})
-stopped, held = hm.simulate(stops), hm.simulate(holds)
+stopped, held = hm.simulate(stops, method="direct"), hm.simulate(holds)
 print(stopped.judgement.reason)
 print(held.judgement.reason)
 
-# the same run to the last bit, until a wall pushes
+# the same run to the last bit, until a wall pushes: beside walls that hold no turn is leapt over
 (surface,) = (touch for touch in held.touches if touch.wall == "surface")
 before = int(np.count_nonzero(held.dataset.walls.values.cumsum() == 0))
 common = min(before, stopped.dataset.time.size - 1)
