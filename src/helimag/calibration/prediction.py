@@ -116,6 +116,11 @@ def predict(
     method
         As for :func:`helimag.simulate`.
 
+    Returns
+    -------
+    Prediction
+        Outcomes with their probabilities, and bands of height.
+
     Raises
     ------
     InputError

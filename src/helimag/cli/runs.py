@@ -4,17 +4,19 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Parameter, validators
+from cyclopts import Parameter
 
 from helimag.cli import proofs
 from helimag.cli._common import PLAIN, Common
+from helimag.cli._drawing import NO_DRAWING, DrawOptions
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
     FILM,
+    Drawing,
+    FigureSize,
     Outputs,
     check_outputs,
-    drawn,
     files_report,
     print_files,
     write_outputs,
@@ -31,7 +33,7 @@ from helimag.cli._shared import (
     scenario_from,
     validity_warnings,
 )
-from helimag.cli.calibration import DrawOptions, predict
+from helimag.cli.calibration import predict
 from helimag.errors import InputError
 from helimag.outcomes import Future
 
@@ -103,15 +105,13 @@ def simulate(
     duration: str | None = None,
     interval: str | None = None,
     output: Outputs = None,
+    size: FigureSize = None,
     method: Literal["multirevolution", "direct"] = "multirevolution",
     device: str = "cpu",
     orbit: bool = True,
     accuracy: bool = True,
     ensemble: Path | None = None,
-    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
-    displacement: str | None = None,
-    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
-    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
+    drawing: DrawOptions = NO_DRAWING,
     certificate: Path | None = None,
     common: Common = PLAIN,
 ) -> None:
@@ -137,35 +137,28 @@ def simulate(
     ensemble
         What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is, without
         orbits or accuracy.
-    noise
-        With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
-        repeated.
-    displacement
-        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is released.
-    draws
-        With --ensemble: how many runs; 100 if left out.
-    seed
-        With --ensemble: of the draws; 0 if left out.
     certificate
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
-    drawn = DrawOptions(noise, displacement, draws, seed)
     own = {"run.duration": duration, "run.interval": interval}
     if ensemble is not None:
         _check_for_many(output, certificate)
-        predict(scenario_from(scenario, changes, own), ensemble, drawn, method=method, device=device, json=common.json)
+        check_outputs(None, size=size)
+        predict(
+            scenario_from(scenario, changes, own), ensemble, drawing, method=method, device=device, json=common.json
+        )
         return
-    drawn.check_unused()
+    drawing.check_unused()
     from helimag.engine import simulate as run
 
-    check_outputs(output, DATA, FIGURE, FILM)
+    check_outputs(output, DATA, FIGURE, FILM, size=size)
     chosen = scenario_from(scenario, changes, own)
     proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
         trajectory = run(chosen, method=method, device=device, accuracy=accuracy, progress=progress)
     if proof is not None:
         trajectory = proofs.carried(trajectory, proof)
-    write_outputs(output, run_writers(trajectory))
+    write_outputs(output, run_writers(trajectory), size=size)
     outlook = None
     if orbit:
         from helimag.orbits import explain
@@ -187,7 +180,11 @@ def simulate(
 
 def run_writers(run: "Trajectory") -> "dict[Format, Writer]":
     """What can be made of a run: its data, a figure, a film."""
-    return {DATA: run.save, FIGURE: drawn(lambda plots: plots.draw_run(run)), FILM: lambda path: _film(run, path)}
+    return {
+        DATA: run.save,
+        FIGURE: Drawing(lambda plots, size: plots.draw_run(run, size=size)),
+        FILM: lambda path: _film(run, path),
+    }
 
 
 def _film(run: "Trajectory", path: Path) -> None:

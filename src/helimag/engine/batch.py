@@ -151,21 +151,23 @@ class Batch:
         """What has been recorded so far; may be called while another thread advances the runs."""
         stand, records = self._stand, self._read_records()
         share = (time.perf_counter() - self._begun) / len(self.scenarios)
-        return [self._history(run, stand[run], records[run], share) for run in range(len(self.scenarios))]
-
-    def _history(self, run: int, stand: np.void, records: NDArray[np.void], wall_time: float) -> History:
-        status, count = End.of(int(stand["status"])), int(stand["sample"])
-        times = self._times[run][:count].copy()
-        if status is not End.RUNNING:
-            times[-1] = stand["time"]
-        return History(
-            scenario=self.scenarios[run],
-            time=times,
-            records=records[:count].copy(),
-            status=status,
-            steps=int(stand["steps"]),
-            rejected=int(stand["rejected"]),
-            wall_time=wall_time,
-            progress=stand.copy(),
-            memory=self._memories[run],
-        )
+        names = ("status", "sample", "time", "steps", "rejected")
+        numbers = zip(*(stand[name].tolist() for name in names), strict=True)  # one by one takes longer
+        found = []
+        for run, (status, count, end, steps, rejected) in enumerate(numbers):
+            times = self._times[run][:count].copy()
+            if status != End.RUNNING.flag:
+                times[-1] = end
+            history = History(
+                scenario=self.scenarios[run],
+                time=times,
+                records=records[run, :count].copy(),
+                status=End.of(status),
+                steps=steps,
+                rejected=rejected,
+                wall_time=share,
+                progress=stand[run],  # a view of what no launch changes
+                memory=self._memories[run],
+            )
+            found.append(history)
+        return found

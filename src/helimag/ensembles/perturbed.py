@@ -53,6 +53,11 @@ class Perturbation:
         start
             (7,): head position (m) and quaternion that all are displaced from; default where each copy begins.
 
+        Returns
+        -------
+        Copies
+            Scenarios with their states.
+
         Raises
         ------
         InputError
@@ -222,7 +227,13 @@ def ensemble(
 def ensembles(
     scenarios: Sequence[Scenario], perturbation: Perturbation, *, runs: int = RUNS, seed: int = 0, **engine: Any
 ) -> list[Ensemble]:
-    """As :func:`ensemble`, for several scenarios in one batch, their copies drawn one scenario after the other."""
+    """As :func:`ensemble`, for several scenarios in one batch, their copies drawn one scenario after the other.
+
+    Returns
+    -------
+    list of Ensemble
+        In the order of the scenarios.
+    """
     if runs < 1:
         raise InputError(f"an ensemble must have at least one copy; got {runs}")
     random = np.random.default_rng(seed)
@@ -241,6 +252,11 @@ def ensembles(
 def finished(histories: Sequence[History]) -> Sequence[History]:
     """The histories, none of which broke down.
 
+    Returns
+    -------
+    sequence of History
+        As given.
+
     Raises
     ------
     RunError
@@ -255,6 +271,11 @@ def finished(histories: Sequence[History]) -> Sequence[History]:
 
 def tally(copies: Copies, **engine: Any) -> Counter[Verdict]:
     """Run copies and count their verdicts.
+
+    Returns
+    -------
+    collections.Counter
+        How many copies have each verdict.
 
     Raises
     ------

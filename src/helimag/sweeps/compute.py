@@ -19,7 +19,9 @@ from helimag.scenario import Scenario
 Rows = dict[str, NDArray[np.generic]]
 
 HASH_BYTES = 32
-AT_ONCE = 64  # runs of a chunk, those of devices too, whose histories are held in memory
+# runs of a chunk, those of devices too, whose histories are held in memory: as many as hold so many samples
+FEWEST_AT_ONCE, MOST_AT_ONCE = 64, 128
+SAMPLES_AT_ONCE = 120_000
 
 # name: unit, meaning; one number a run
 SCALARS: dict[str, tuple[str, str]] = {
@@ -105,7 +107,8 @@ def compute(
     total = len(valid) * (1 if kept.devices is None else 1 + len(kept.devices))
     ended: dict[int, list[Judgement]] = {point: [] for point, _ in valid}
     runs, begin = _runs(valid, kept.devices), 0
-    while batch := list(islice(runs, AT_ONCE)):
+    at_once = _at_once([scenario for _, scenario in valid])
+    while batch := list(islice(runs, at_once)):
         states = np.array([run.state for run in batch])
         seen = None if progress is None else partial(_part_seen, progress, begin, len(batch), total)
         engine: dict[str, Any] = {"method": method_named(kept.method), "threads": threads, "progress": seen}
@@ -120,6 +123,12 @@ def compute(
         for point, judgements in ended.items():
             _fill_spread(rows, point, judgements, len(kept.devices))
     return rows
+
+
+def _at_once(scenarios: Sequence[Scenario]) -> int:
+    """How many runs to make at once: what each such batch costs by itself would be some of the time of short ones."""
+    samples = max((scenario.run.duration / scenario.run.sample_interval for scenario in scenarios), default=1.0)
+    return min(MOST_AT_ONCE, max(FEWEST_AT_ONCE, int(SAMPLES_AT_ONCE / samples)))
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,13 @@ class Plan(Part):
         return self
 
     def to_toml(self) -> str:
-        """The plan as a file's text."""
+        """The plan as a file's text.
+
+        Returns
+        -------
+        str
+            Which :func:`parse_plan` reads.
+        """
         import tomli_w
 
         data = self.model_dump(mode="json", exclude_none=True)
@@ -150,6 +156,11 @@ class Plan(Part):
 
 def with_ensemble(plan: Plan, given: Mapping[str, object]) -> Plan:
     """A plan with entries of its ``[ensemble]`` set, whether or not it has one; values as a file would have them.
+
+    Returns
+    -------
+    Plan
+        A copy.
 
     Raises
     ------
@@ -162,6 +173,11 @@ def with_ensemble(plan: Plan, given: Mapping[str, object]) -> Plan:
 
 def parse_plan(text: str, source: str = "plan") -> Plan:
     """Read a plan from TOML text; ``source`` names it in messages.
+
+    Returns
+    -------
+    Plan
+        Checked.
 
     Raises
     ------
@@ -178,6 +194,11 @@ def parse_plan(text: str, source: str = "plan") -> Plan:
 
 def load_plan(path: str | Path) -> Plan:
     """Read a plan file; the paths of a base scenario and of a fit in it are relative to the file.
+
+    Returns
+    -------
+    Plan
+        Checked.
 
     Raises
     ------

@@ -142,14 +142,28 @@ class ResolvedPlan:
     def scenario(self, values: Mapping[str, Value]) -> Scenario:
         """The scenario of one point.
 
+        Returns
+        -------
+        Scenario
+            The base with the axes' values.
+
         Raises
         ------
         InputError
             Where the values do not make a scenario.
         """
-        duration = float(values.get("run.duration", self.base.run.duration))
-        interval = min(self.plan.trajectory or duration / self.plan.samples, duration)
-        return varied(self.base, {**values, "run.interval": interval})
+        if "run.duration" not in values:
+            return varied(self._sampled_base, values)
+        return varied(self.base, {**values, "run.interval": self._interval(float(values["run.duration"]))})
+
+    @cached_property
+    def _sampled_base(self) -> Scenario:
+        """The base with the plan's samples, for points of its duration: their runs are not checked one by one."""
+        return varied(self.base, {"run.interval": self._interval(self.base.run.duration)})
+
+    def _interval(self, duration: float) -> float:
+        """Time between samples of a run of some duration (s)."""
+        return min(self.plan.trajectory or duration / self.plan.samples, duration)
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -170,6 +184,11 @@ class ResolvedPlan:
 
 def resolve(plan: Plan) -> ResolvedPlan:
     """Load the base, apply the changes and turn the axes into SI.
+
+    Returns
+    -------
+    ResolvedPlan
+        Whose points can be run.
 
     Raises
     ------

@@ -45,6 +45,11 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     Whole runs, where a few seconds suffice for :data:`FEWEST_RUNS`; otherwise these are begun for a twentieth of their
     duration, and ends before their time, which make runs cheaper, are not seen.
 
+    Returns
+    -------
+    Estimate
+        Runs, seconds and bytes.
+
     Raises
     ------
     FileError, InputError

@@ -47,6 +47,11 @@ def observed_growth(
     displacement
         Of the start, in shares of the distance and radians.
 
+    Returns
+    -------
+    ObservedGrowth
+        The leading rate as seen (1/s), and over what time (s).
+
     Raises
     ------
     InputError

@@ -7,8 +7,8 @@ from helimag.studio.answer import Answer, Stage
 from helimag.studio.live import News
 from helimag.studio.tab import Tab
 
-# a shape for each, so that colour is not needed to tell them apart
 COMING = "what comes after it is being looked for"
+# a shape for each, so that colour is not needed to tell them apart
 SIGNS = {
     Verdict.BOUNDED: ("check_circle", "bounded"),
     Verdict.DRIFTING: ("trending_flat", "drifting"),
