@@ -17,10 +17,11 @@ CORE := $(addprefix tests/test_,$(addsuffix .py,scenario files gain hydrodynamic
 venv: $(STAMP)
 
 # what the demo needs: helimag, its dependencies, figures; pip says what it fetches
-$(DEMO): requirements/demo.txt pyproject.toml
+$(DEMO): requirements/demo.txt requirements/installer.txt pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "helimag needs Python 3.11 or later")'
 	@echo "Setting up $(VENV): some 45 packages, 1 GB unpacked; half of that is Warp, which brings its own compilers"
 	$(PYTHON) -m venv $(VENV)
+	$(INSTALL) --require-hashes -r requirements/installer.txt
 	$(INSTALL) --require-hashes -r requirements/demo.txt
 	$(INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $@
@@ -60,7 +61,7 @@ lint: $(STAMP)
 docs: $(STAMP)
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 
-# helimag beside other codes, in an environment of their own; some ten minutes
+# helimag beside other codes, in an environment of their own; some three minutes
 bench: $(BENCH)/.stamp
 	$(BENCH)/bin/python benchmarks/peers
 	$(BENCH)/bin/python benchmarks/peers/figure.py benchmarks/results/peers.png
@@ -96,10 +97,11 @@ lock:
 	uv pip compile --resolution lowest-direct --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	    --quiet --extra plots --extra sweeps --extra cluster --extra robot --extra vision \
 	    --group oldest --group build pyproject.toml -o requirements/oldest.txt
-
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
 	    --extra plots --extra sweeps --group bench --group build -c requirements/all.txt pyproject.toml \
 	    -o requirements/bench.txt
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet \
+	    --group installer -o requirements/installer.txt
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --quiet --no-deps \
 	    --group bench-fortran -o requirements/bench-fortran.txt
 

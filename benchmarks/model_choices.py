@@ -2,15 +2,22 @@
 
 Run: python benchmarks/model_choices.py. Every row is a preset, every column a choice; a cell says how the run ends and,
 where it stays, its range of heights. The first run makes tables of drag near floor and surface, which takes minutes.
-The last line is the time of a run near walls beside the same run in open water, and with --steps the only one.
+The last lines are the time of a run near walls beside the same run in open water, and that of looking up what one wall
+adds; with --steps the only ones.
 """
 
 import math
 import sys
 import time
 
+import numpy as np
+import warp as wp
+from scipy.spatial.transform import Rotation
+
 from helimag.engine import History, advance
+from helimag.engine.walls import NEAR_WALLS
 from helimag.outcomes import End
+from helimag.physics.walls import FloorAndSurface, seen_walls
 from helimag.scenario import Scenario, load
 
 FIGURE_3 = [f"nose-first/fig3{letter}" for letter in "abc"]
@@ -21,6 +28,7 @@ DRAGS = {
     "boundary, near walls": {"model": "boundary", "near_walls": True},
 }
 REPEATS = 15
+PLACES = 200_000  # at which a table is looked up
 
 
 def outcome(history: History) -> str:
@@ -39,7 +47,7 @@ def chosen(name: str, field: str, drag: dict[str, object]) -> Scenario:
 def main() -> None:
     """Print the table."""
     if "--steps" in sys.argv[1:]:
-        print(step_costs())
+        print(step_costs(), look_up_cost(), sep="\n")
         return
     choices = [(field, drag) for drag in DRAGS for field in ("dipole", "cylinder")]
     print("| preset | " + " | ".join(f"{field}, {drag}" for field, drag in choices) + " |")
@@ -49,7 +57,7 @@ def main() -> None:
         histories = advance([chosen(name, field, DRAGS[drag]) for field, drag in wanted])
         cells = [outcome(history) for history in histories] + ["no walls"] * (len(choices) - len(wanted))
         print(f"| `{name}` | " + " | ".join(cells) + " |", flush=True)
-    print(step_costs())
+    print(step_costs(), look_up_cost(), sep="\n")
 
 
 def step_costs() -> str:
@@ -70,6 +78,36 @@ def step_costs() -> str:
             seconds[drag] = min(seconds[drag], took)
     near, free = seconds["boundary, near walls"], seconds["boundary"]
     return f"a step near walls takes {near / free:.2f} times as long as in open water ({1e6 * free:.2f} us)"
+
+
+@wp.kernel(enable_backward=False)
+def looked_up(
+    surroundings: wp.array(dtype=FloorAndSurface),
+    positions: wp.array(dtype=wp.vec3d),
+    rotations: wp.array(dtype=wp.mat33d),
+    some: wp.array(dtype=wp.float64),
+):
+    """One entry of what walls add, so that none of the work is left out."""
+    i = wp.tid()
+    some[i] = seen_walls(surroundings[0], positions[i], rotations[i]).change[i % 21]
+
+
+def look_up_cost() -> str:
+    """Time of looking up what floor and surface add, at random places and attitudes of a tank: least of the repeats."""
+    tank = {"workspace.floor": -0.03, "workspace.surface": 0.03}
+    run = chosen("nose-first/fig3c", "dipole", DRAGS["boundary, near walls"]).replaced(tank)
+    rng = np.random.default_rng(0)
+    places = wp.array(rng.uniform(-0.025, 0.025, (PLACES, 3)), dtype=wp.vec3d, device="cpu")
+    attitudes = wp.array(Rotation.random(PLACES, rng).as_matrix(), dtype=wp.mat33d, device="cpu")
+    some = wp.zeros(PLACES, dtype=wp.float64, device="cpu")
+    inputs = [NEAR_WALLS.pack([run], "cpu"), places, attitudes, some]
+    wp.launch(looked_up, dim=PLACES, inputs=inputs, device="cpu")
+    least = math.inf
+    for _ in range(REPEATS):
+        begun = time.process_time()
+        wp.launch(looked_up, dim=PLACES, inputs=inputs, device="cpu")
+        least = min(least, time.process_time() - begun)
+    return f"looking up what one wall adds takes {1e9 * least / PLACES / 2:.0f} ns"
 
 
 if __name__ == "__main__":

@@ -100,11 +100,23 @@ class Certificate:
     claims: Claims
 
     def text(self) -> str:
-        """The certificate as JSON, closed by the hash of all before it."""
+        """The certificate as JSON, closed by the hash of all before it.
+
+        Returns
+        -------
+        str
+            One object, as :func:`read_certificate` reads it.
+        """
         return sealed(self.content())
 
     def covers(self, scenario: Scenario) -> bool:
-        """Whether this is about a scenario: the same but for how long it is run and what it is called."""
+        """Whether this is about a scenario: the same but for how long it is run and what it is called.
+
+        Returns
+        -------
+        bool
+            False where anything that decides an orbit differs.
+        """
         return _matter(settled(scenario)) == _matter(self.scenario)
 
     @property
@@ -113,7 +125,13 @@ class Certificate:
         return digest(self.content())
 
     def content(self) -> dict[str, Any]:
-        """All but the hash, as JSON has it."""
+        """All but the hash, as JSON has it.
+
+        Returns
+        -------
+        dict
+            Plain numbers, text and lists.
+        """
         tube = self.tube
         return {
             "format": FORMAT,
@@ -274,6 +292,11 @@ def ball_in(tube: Tube, chart: Chart, across: "arb_mat", radii: Sequence[float])
 def read_certificate(text: str) -> Certificate:
     """A certificate from its text, its hash compared.
 
+    Returns
+    -------
+    Certificate
+        Not proved again.
+
     Raises
     ------
     InputError
@@ -338,6 +361,11 @@ def check(certificate: Certificate, *, progress: Report = silent) -> Claims:
 
 def certificate_in(path: str | Path) -> Certificate:
     """A certificate from its file, its hash compared.
+
+    Returns
+    -------
+    Certificate
+        Not proved again: that is what :func:`check_file` does.
 
     Raises
     ------

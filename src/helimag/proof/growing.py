@@ -50,6 +50,11 @@ def grown(
     keep
         Given what is proved so far, each time that there is more.
 
+    Returns
+    -------
+    Row
+        Of one cell where no time was left for another.
+
     Raises
     ------
     InputError

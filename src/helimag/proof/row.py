@@ -52,7 +52,13 @@ class Row:
         return min(cell.claims.clearance for cell in self.cells)
 
     def text(self) -> str:
-        """The certificate as JSON, closed by the hash of all before it."""
+        """The certificate as JSON, closed by the hash of all before it.
+
+        Returns
+        -------
+        str
+            One object, as :func:`read_row` reads it.
+        """
         return sealed(self.content())
 
     @property
@@ -61,7 +67,13 @@ class Row:
         return digest(self.content())
 
     def content(self) -> dict[str, Any]:
-        """All but the hash, as JSON has it."""
+        """All but the hash, as JSON has it.
+
+        Returns
+        -------
+        dict
+            Plain numbers, text and lists.
+        """
         box = {path: [decimal(end) for end in ends] for path, ends in self.box.items()}
         return {"format": ROW, "along": self.along, "box": box, "cells": [cell.content() for cell in self.cells]}
 
@@ -91,6 +103,11 @@ def interval(cell: Certificate, path: str) -> Interval:
 
 def read_row(text: str) -> Row:
     """A row from its text, its hash compared.
+
+    Returns
+    -------
+    Row
+        Its cells fit together; they are not proved again.
 
     Raises
     ------
@@ -133,6 +150,16 @@ def require_row(row: Row) -> None:
 def check_row(row: Row, *, progress: Report = silent) -> Row:
     """Prove all cells again, and that they make up the box.
 
+    Parameters
+    ----------
+    progress
+        Told which part of the work is done, from 0 to 1; what it raises stops it.
+
+    Returns
+    -------
+    Row
+        The one that was given: its claims hold.
+
     Raises
     ------
     InputError
@@ -148,6 +175,11 @@ def check_row(row: Row, *, progress: Report = silent) -> Row:
 
 def read_any(text: str) -> Certificate | Row:
     """A certificate of one cell, or of a row of them; its hash compared.
+
+    Returns
+    -------
+    Certificate or Row
+        Not proved again: that is what :func:`check_file` does.
 
     Raises
     ------
@@ -165,6 +197,11 @@ def check_file(path: str | Path, *, progress: Report = silent) -> Certificate | 
     ----------
     progress
         Told which part of the work is done, from 0 to 1; what it raises stops it.
+
+    Returns
+    -------
+    Certificate or Row
+        Its claims hold.
 
     Raises
     ------
