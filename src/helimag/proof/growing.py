@@ -44,7 +44,7 @@ def grown(
     along
         One of its inputs.
     seconds
-        Time to take, about: no cell is begun that would end later by more than half of itself.
+        Time to take, about: after the first, no cell is begun that would end later by more than half of itself.
     progress
         Told which part of the time is over, from 0 to 1; what it raises stops the work.
     keep
