@@ -12,12 +12,13 @@ flint = pytest.importorskip("flint")
 from helimag.errors import InputError  # noqa: E402
 from helimag.proof import Certificate, check  # noqa: E402
 from helimag.proof.balls import arithmetic, exact  # noqa: E402
-from helimag.proof.bounds import Derivatives, spans_of, straights_of  # noqa: E402
+from helimag.proof.bounds import Derivatives, _third, spans_of, straights_of  # noqa: E402
 from helimag.proof.certificate import _leaning_too  # noqa: E402
-from helimag.proof.field import Views, bend_series, jerk_series, lean_series  # noqa: E402
+from helimag.proof.field import Views, bend_series, lean_series  # noqa: E402
 from helimag.proof.jets import Jet, variables  # noqa: E402
 from helimag.proof.motion import Swimming  # noqa: E402
 from helimag.proof.series import over_span  # noqa: E402
+from helimag.proof.thirds import third_over  # noqa: E402
 from helimag.proof.tube import NONE, N, Tube, chart_at, pairs, reached, second_order, triples  # noqa: E402
 from helimag.proof.waves import Waves  # noqa: E402
 
@@ -60,7 +61,7 @@ def tube() -> Tube:
     cos, sin = 0.05 * rng.normal(size=(1 + N * N, 5)), 0.05 * rng.normal(size=(1 + N * N, 5))
     for j in range(N):
         cos[1 + N * j + j, 0] += 1.0
-    bent = 0.02 * rng.normal(size=(2, N * len(pairs(SIDE)), 5))
+    bent = 0.01 * rng.normal(size=(2, N * len(pairs(SIDE)), 5))
     for each in (cos, sin, *bent):
         each[:, 1::2] = 0.0
     still = Waves(np.zeros((1, 1)), np.zeros((1, 1)))
@@ -121,7 +122,7 @@ def enclosed():
         wide = flint.arb(middle, half)
         thin = bend_series(views().bending, shape, middle, shape.coarse)
         second = over_span(thin, bend_series(views().bending, shape, wide, shape.coarse + 1), half)
-        third = over_span(jerk_series(views().over, shape, middle, 3), jerk_series(views().over, shape, wide, 4), half)
+        third = _third(views(), shape, k, straight)
     return shape, straight, second, third, (k + 0.95) / shape.spans  # far from the middle: all Taylor's terms count
 
 
@@ -168,17 +169,19 @@ def test_third_derivatives_on_the_curve_are_those_of_the_definition() -> None:
     thin = replace(whole, radii=(1e-9,) * 4, entry=(1e-9,) * 4, lean=NONE, bent=bent)
     dynamics = Odd(exact(u), plain=True)
     with arithmetic():
-        middle, half = exact(2 * k + 1) / 200, exact(1) / 200
-        third = over_span(
-            jerk_series(dynamics, thin, middle, 5), jerk_series(dynamics, thin, flint.arb(middle, half), 6), half
-        )
+        at = exact(100 * k + 95) / 10000
+        third = third_over(dynamics, thin, at, _rows(bend_series(dynamics, thin, at, 1)[0]))
     without = replace(whole, bent=_without_inputs(whole.bent))
-    at = np.array([0.0] * N + [u])
+    zero = np.array([0.0] * N + [u])
     for n, triple in enumerate(triples(N)):
-        true = differences(lambda x: moving(without, x, (k + 0.95) / 100), at, triple, 2e-3)
+        true = differences(lambda x: moving(without, x, (k + 0.95) / 100), zero, triple, 2e-3)
         for i in range(N):
             assert _near(third[i][n], true[i], 2e-3), (i, triple)
-            assert float(third[i][n].rad()) < 0.05
+            assert float(third[i][n].rad()) < 1e-5
+
+
+def _rows(matrix):
+    return [[matrix[i, j] for j in range(matrix.ncols())] for i in range(matrix.nrows())]
 
 
 def _without_inputs(bent: Waves) -> Waves:

@@ -17,11 +17,10 @@ from helimag.proof.balls import arithmetic, exact  # noqa: E402
 from helimag.proof.bounds import straights_of  # noqa: E402
 from helimag.proof.certificate import dynamics_of  # noqa: E402
 from helimag.proof.exact import Inputs  # noqa: E402
-from helimag.proof.field import jerk_series  # noqa: E402
 from helimag.proof.jets import Jet  # noqa: E402
 from helimag.proof.motion import Swimming  # noqa: E402
 from helimag.proof.proving import in_floats  # noqa: E402
-from helimag.proof.series import over_span  # noqa: E402
+from helimag.proof.thirds import third_over  # noqa: E402
 from helimag.proof.tube import N, Tube, pairs, triples  # noqa: E402
 from helimag.proof.waves import Waves  # noqa: E402
 
@@ -116,7 +115,7 @@ def test_derivatives_of_a_tube_that_leans_and_bends_are_those_of_the_definition(
         straight = straights_of(views, TUBE, [SPAN])[SPAN]
         middle, half = exact(2 * SPAN + 1) / (2 * SPANS), exact(1) / (2 * SPANS)
         wide = flint.arb(middle, half)
-        third = over_span(jerk_series(views.over, TUBE, middle, 2), jerk_series(views.over, TUBE, wide, 3), half)
+        third = third_over(views.over, TUBE, wide, straight.second)
     found = {(): [row[0] for row in straight.push]}
     found |= {(a,): [row[a] for row in straight.linear] for a in range(N)}
     found |= {(N + j,): [row[1 + j] for row in straight.push] for j in range(len(WIDTHS))}

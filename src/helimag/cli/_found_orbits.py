@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from helimag.cli._outputs import files_report, print_files
-from helimag.cli._proof_reports import proof_report
+from helimag.cli._proof_reports import box_sentence, proof_report
 from helimag.cli._shared import degrees, leading_words, print_json
 
 if TYPE_CHECKING:
     from helimag.orbits import Branch, Orbit
-    from helimag.proof import Certificate, Proof
+    from helimag.proof import Certificate, Proof, Row
     from helimag.scenario import Scenario
 
 Warnings = list[dict[str, Any]]
@@ -43,7 +43,7 @@ def print_orbit(
     warnings: Warnings,
     json: bool,
     proof: "Proof | None" = None,
-    box: "Certificate | None" = None,
+    box: "Certificate | Row | None" = None,
 ) -> None:
     proved = {} if proof is None else {"proof": proof_report(proof, box)}
     if json:
@@ -63,9 +63,7 @@ def print_orbit(
     if proof is not None:
         print(f"  {'proved' if proof.proved else 'proof':13} {proof.reason} ({proof.seconds:.0f} s)")
     if box is not None:
-        from helimag.proof import named_inputs, sentence
-
-        print(f"  {'proved':13} {sentence(box.claims, named_inputs(box))}")
+        print(f"  {'proved':13} {box_sentence(box)}")
     print_files(files)
 
 

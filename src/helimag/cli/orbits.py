@@ -36,6 +36,8 @@ def orbit(
     stop: Annotated[str | None, Parameter(name="--to", allow_leading_hyphen=True)] = None,
     prove: Annotated[bool, Parameter(negative="")] = False,
     tolerance: Annotated[bool, Parameter(negative="")] = False,
+    along: str | None = None,
+    budget: str | None = None,
     certificate: Path | None = None,
     output: Outputs = None,
     size: FigureSize = None,
@@ -57,6 +59,10 @@ def orbit(
         Prove by enclosures that the orbit exists and attracts, for all time: a theorem about the model.
     tolerance
         Look for how far frequency, pitch, distance and weight may be off, all at once, and prove that: some minutes.
+    along
+        Which of these inputs the box is made longer along, cell by cell; default drive.pitch.
+    budget
+        Time to take for the box in all, such as "10 min": it is then made longer. Default: one cell.
     certificate
         Write the certificate of the proof to this file (.json); with --tolerance that of the box of inputs.
     output
@@ -65,6 +71,7 @@ def orbit(
     _check_options(every, vary, start, stop)
     check_outputs(output, FIGURE, DATA, size=size)
     proofs.check_options(prove, certificate, tolerance, every or vary is not None)
+    seconds = proofs.seconds_for(tolerance, along, budget)
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
@@ -86,10 +93,7 @@ def orbit(
         warnings = _warnings(chosen, [])
         print_warnings(warnings)
         proof = proofs.proved(result, certificate) if prove else None
-        box = None
-        if proof is not None and tolerance:
-            with progress_bar("proving a box of inputs") as progress:
-                box = proofs.tolerated(proof, certificate, progress)
+        box = proofs.tolerated(proof, certificate, along, seconds) if proof is not None and tolerance else None
         files = _write_orbits(output, [result] if result.found else [], size)
         print_orbit(result, files, warnings, common.json, proof, box)
         return

@@ -47,7 +47,9 @@ def arithmetic(precision: int = PRECISION, order: int = 1) -> Iterator[None]:
 def exact(value: Fraction | float) -> "arb":
     """The ball around a rational number, as thin as the precision allows; around a float or an integer, of radius 0."""
     library = flint()
-    ratio = Fraction(value)
+    if not isinstance(value, Fraction):
+        return library.arb(value)
+    ratio = value
     return library.arb(library.fmpq(ratio.numerator, ratio.denominator))
 
 

@@ -15,16 +15,22 @@ from helimag.proof.field import (
     bend_series,
     curve_series,
     inputs_of,
-    jerk_series,
     lean_series,
     linear_series,
     push_series,
 )
 from helimag.proof.series import over_span
+from helimag.proof.thirds import third_over
 from helimag.proof.tube import Chart, N, Tube, chart_at, pairs, triples
 
 if TYPE_CHECKING:
     from flint import arb
+
+Report = Callable[[float], None]  # told which part of the work is done, from 0 to 1; what it raises stops the work
+
+
+def silent(_: float) -> None:
+    """Where nobody asks how far the work has come."""
 
 
 @dataclass(frozen=True)
@@ -80,14 +86,19 @@ class Span:
     far: SpanBounds
 
 
-def straights_of(views: Views, tube: Tube, numbers: "Sequence[int] | None" = None) -> "dict[int, Straight]":
+def straights_of(
+    views: Views, tube: Tube, numbers: "Sequence[int] | None" = None, progress: Report = silent
+) -> "dict[int, Straight]":
     """What holds on the curve, for all spans of a turn or some; within :func:`helimag.proof.balls.arithmetic`."""
-    return {k: _straight(views, tube, k) for k in (range(tube.spans) if numbers is None else numbers)}
+    straights = {}
+    wanted = range(tube.spans) if numbers is None else numbers
+    for n, k in enumerate(wanted):
+        progress(n / len(wanted))
+        straights[k] = _straight(views, tube, k)
+    return straights
 
 
-def spans_of(
-    views: Views, tube: Tube, straights: "Mapping[int, Straight]", progress: Callable[[float], None] = lambda _: None
-) -> list[Span]:
+def spans_of(views: Views, tube: Tube, straights: "Mapping[int, Straight]", progress: Report = silent) -> list[Span]:
     """The bounds of spans in order, all of a turn or some; within :func:`helimag.proof.balls.arithmetic`."""
     spans = []
     for n, (k, straight) in enumerate(straights.items()):
@@ -140,12 +151,27 @@ def _turned(chart: Chart, push: "list[arb]", inputs: int) -> "list[list[arb]]":
 
 def _span(views: Views, tube: Tube, k: int, straight: Straight) -> Span:
     inputs = inputs_of(tube, views.middle)
-    third = _enclosed(jerk_series, views.over, tube, k, tube.rough)
+    third = _third(views, tube, k, straight)
     near, far = (
         _bounds(tube, straight, Derivatives(straight.second, third, tube.parts(inputs), [*radii, *[1.0] * inputs]))
         for radii in (tube.radii, tube.region)
     )
     return Span(straight, near, far)
+
+
+def _third(views: Views, tube: Tube, k: int, straight: Straight) -> "list[list[arb]]":
+    """F_abc over a span, from enclosures over parts of it: each is the tighter the shorter it is."""
+    length = exact(1) / (tube.spans * tube.rough)
+    found: list[list[arb]] = []
+    for part in range(tube.rough):
+        middle = exact(2 * (k * tube.rough + part) + 1) * length / 2
+        each = third_over(views.over, tube, flint().arb(middle, length / 2), straight.second)
+        found = (
+            each
+            if not found
+            else [[a.union(b) for a, b in zip(*rows, strict=True)] for rows in zip(found, each, strict=True)]
+        )
+    return found
 
 
 def _bounds(tube: Tube, straight: Straight, form: "Derivatives") -> SpanBounds:

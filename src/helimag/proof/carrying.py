@@ -1,13 +1,13 @@
 """Certificates that travel: in a run's file, and as a line of a programme's header."""
 
-from functools import lru_cache
-
 from helimag.errors import InputError
+from helimag.proof.bounds import Report, silent
 from helimag.proof.certificate import Certificate, check, read_certificate
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import Scenario, parse
 
 ATTRIBUTE = "proof_certificate"
+_HELD: set[str] = set()  # texts of certificates whose claims were proved again: it takes seconds, once
 
 
 def require_covered(certificate: Certificate, scenario: Scenario) -> None:
@@ -25,8 +25,10 @@ def require_covered(certificate: Certificate, scenario: Scenario) -> None:
         )
 
 
-def require_proof_of(certificate: Certificate, scenario: Scenario) -> None:
+def require_proof_of(certificate: Certificate, scenario: Scenario, *, progress: Report = silent) -> None:
     """Refuse a certificate of another scenario, and one whose claims do not follow from its tube; seconds, once.
+
+    ``progress`` is told which part of the work is done, from 0 to 1; what it raises stops it.
 
     Raises
     ------
@@ -34,12 +36,10 @@ def require_proof_of(certificate: Certificate, scenario: Scenario) -> None:
         Where it is about other inputs, or claims what is not proved.
     """
     require_covered(certificate, scenario)
-    _proved_again(certificate.text())
-
-
-@lru_cache(maxsize=16)
-def _proved_again(text: str) -> None:
-    check(read_certificate(text))
+    text = certificate.text()
+    if text not in _HELD:
+        check(read_certificate(text), progress=progress)
+        _HELD.add(text)
 
 
 def with_certificate(run: Trajectory, certificate: Certificate) -> Trajectory:

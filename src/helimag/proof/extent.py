@@ -13,7 +13,7 @@ from helimag.proof.waves import Floats
 
 ROOM = 4.0  # for fast blocks, whose radii cost the slow ones little
 FAST = 20.0  # times the slowest decay: so fast a block comes into the tube from further off
-WIDER = 5.0  # third derivatives as they are enclosed, beside what they are
+WIDER = 3.0  # third derivatives as they are enclosed, beside what they are
 STEPS = 200
 
 

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 from helimag.proof.balls import arithmetic, exact, flint
 from helimag.proof.jets import Jet, Value, known, variables
 from helimag.proof.series import coefficient, convolved, divided
-from helimag.proof.tube import Chart, N, Tube, charts_at, deviation_jets, pairs, triples
+from helimag.proof.tube import Chart, N, Tube, charts_at, pairs
 from helimag.proof.waves import basis
 
 Balls = Any  # a number, list or matrix of balls, or of series of them
@@ -81,78 +81,67 @@ def push_series(dynamics: Dynamics, tube: Tube, at: Balls, order: int) -> Balls:
 
 
 def bend_series(dynamics: Dynamics, tube: Tube, at: Balls, order: int) -> Balls:
-    """The same of F_ab (6, pairs) on the curve."""
-    return _derivatives(dynamics, tube, at, order, None)
-
-
-def jerk_series(dynamics: Dynamics, tube: Tube, at: Balls, order: int) -> Balls:
-    """The same of F_abc (6, triples) over the whole region and all values of the inputs.
-
-    The coordinates are held while time is expanded.
-    """
-    reach = [*(exact(r) for r in tube.region), *[exact(1)] * inputs_of(tube, dynamics)]
-    return _derivatives(dynamics, tube, at, order, reach)
-
-
-def _derivatives(dynamics: Dynamics, tube: Tube, at: Balls, order: int, reach: "list[Balls] | None") -> Balls:
-    """Taylor coefficients of F_ab on the curve, or of F_abc within a reach by part."""
-    inputs = inputs_of(tube, dynamics)
-    charts = charts_at(tube, dynamics.components, inputs, at, order + 1)
+    """The same of F_ab (6, pairs) on the curve, each deviation one variable in f: see :mod:`helimag.proof.thirds`."""
+    side = N + inputs_of(tube, dynamics)
+    charts = charts_at(tube, dynamics.components, side - N, at, order + 1)
     with arithmetic(flint().ctx.prec, order):
-        deviation = _series_of(charts[:order], tube.parts(inputs), reach)
-        way = _series_of([chart.times(n + 1) for n, chart in enumerate(charts[1:])], tube.parts(inputs), reach)
-    rates = _rates(dynamics, tube, at, order, deviation, over=reach is not None)
-    with arithmetic(flint().ctx.prec, order):
-        right = [rate - slope for rate, slope in zip(rates, way, strict=True)]
-    frame = _matrices([jet.g for jet in deviation], range(N), order)
+        deviation = variables([flint().arb_series([0])] * N, order=2, one=flint().arb_series([1]))
+    rates = _rates(dynamics, tube, at, order, deviation)
+    slopes = [_slopes_of(chart, n, side) for n, chart in enumerate(charts)]
+    bends = [chart.terms(side) for chart in charts]
+    first = _matrices([rate.g for rate in rates], range(side), order)
+    moved = [flint().arb_mat([[each[i, a] for a in range(N)] for i in range(N)]) for each in first]
+    frame = [flint().arb_mat(chart.frame) for chart in charts]
+    right = [added - (n + 1) * bends[n + 1] for n, added in enumerate(convolved(moved, bends, order))]
+    right = [a + b for a, b in zip(right, _doubly([known(rate.h) for rate in rates], slopes, order), strict=True)]
+    turned = convolved(first, slopes, order)
+    for n, each in enumerate(turned):
+        for i in range(N):
+            for a in range(N):
+                each[i, a] = each[i, a] - (n + 1) * frame[n + 1][i, a]
+    value = divided(frame, _matrices([{None: rate.v} for rate in rates], [None], order), order)
+    return _solved(charts, frame, value, turned, right, order)
+
+
+def _slopes_of(chart: Chart, n: int, side: int) -> Balls:
+    """Taylor coefficient of derivatives (side, side) of deviations and inputs by coordinates and inputs, at y = 0."""
+    inputs = [[exact(int(a == b and n == 0)) for b in range(side)] for a in range(N, side)]
+    return flint().arb_mat([row + [exact(0)] * (side - N) for row in chart.frame] + inputs)
+
+
+def _doubly(second: "Sequence[Mapping[Any, Value]]", slopes: "list[Balls]", order: int) -> "list[Balls]":
+    """Taylor coefficients of f_AB Z_Aa Z_Bb (6, pairs)."""
+    library, alone = flint(), range(slopes[0].nrows())
+    side = len(alone)
+    rows = [{b: each.get(_pair(a, b)) for b in alone} for each in second for a in alone]
+    one = convolved(_matrices(rows, alone, order), slopes, order)
+    swapped = [
+        library.arb_mat([[each[i * side + a, b] for a in alone] for i in range(N) for b in alone]) for each in one
+    ]
+    two = convolved(swapped, slopes, order)
+    return [library.arb_mat([[each[i * side + b, a] for a, b in pairs(side)] for i in range(N)]) for each in two]
+
+
+def _solved(
+    charts: "list[Chart]", frame: "list[Balls]", value: "list[Balls]", first: "list[Balls]", second: "list[Balls]",
+    order: int,
+) -> "list[Balls]":  # fmt: skip
+    """F_ab from F and the derivatives R_a and R_ab, as Taylor coefficients."""
+    library, alone = flint(), range(first[0].ncols())
+    column = {pair: n for n, pair in enumerate(pairs(len(alone)))}
+    # K_a by variable, one below the other
     turning = [
-        _matrices([{c: known(jet.h).get(_pair(a, c)) for c in range(N)} for jet in deviation], range(N), order)
-        for a in range(N + inputs)
+        library.arb_mat([[chart.bend(i, a, c) for c in range(N)] for a in alone for i in range(N)]) for chart in charts
     ]
-    return _solved(frame, turning, right, order, third=reach is not None)
-
-
-def _series_of(charts: "Sequence[Chart]", parts: Sequence[range], reach: "list[Balls] | None") -> list[Jet]:
-    """Deviations as series in time, from the coordinates' Taylor coefficients, on the curve or in reach of it."""
-    series = flint().arb_series
-    jets = [deviation_jets(chart, parts, reach) for chart in charts]
-    result = []
-    for each in zip(*jets, strict=True):
-        first = {a: series([jet.g[a] for jet in each]) for a in each[0].g}
-        second = {pair: series([known(jet.h)[pair] for jet in each]) for pair in known(each[0].h)}
-        result.append(Jet(series([jet.v for jet in each]), first, second, None if reach is None else {}))
-    return result
-
-
-def _solved(frame: "list[Balls]", turning: "list[list[Balls]]", right: list[Jet], order: int, *, third: bool) -> Balls:
-    """F_ab or F_abc from the derivatives of R, order by order: M, and K_a by variable, as Taylor coefficients."""
-    side = len(turning)
-    by_pair, by_triple = pairs(side), triples(side)
-    at = {pair: n for n, pair in enumerate(by_pair)}
-    value = divided(frame, _matrices([{None: jet.v} for jet in right], [None], order), order)
-    pushed = [convolved(each, value, order) for each in turning]
-    first = _matrices([jet.g for jet in right], range(side), order)
-    less = [[[pushed[a][n][i, 0] for a in range(side)] for i in range(N)] for n in range(order)]
-    first = divided(frame, _less(first, less), order)
-    stirred = [convolved(each, first, order) for each in turning]
-    second = _matrices([known(jet.h) for jet in right], by_pair, order)
-    less = [[[stirred[a][n][i, b] + stirred[b][n][i, a] for a, b in by_pair] for i in range(N)] for n in range(order)]
-    second = divided(frame, _less(second, less), order)
-    if not third:
-        return second
-    bent = [convolved(each, second, order) for each in turning]
+    pushed = convolved(turning, value, order)
+    less = [library.arb_mat([[each[N * a + i, 0] for a in alone] for i in range(N)]) for each in pushed]
+    moving = divided(frame, [a - b for a, b in zip(first, less, strict=True)], order)
+    stirred = convolved(turning, moving, order)
     less = [
-        [
-            [bent[a][n][i, at[b, c]] + bent[b][n][i, at[a, c]] + bent[c][n][i, at[a, b]] for a, b, c in by_triple]
-            for i in range(N)
-        ]
-        for n in range(order)
+        library.arb_mat([[each[N * a + i, b] + each[N * b + i, a] for a, b in column] for i in range(N)])
+        for each in stirred
     ]
-    return divided(frame, _less(_matrices([known(jet.t) for jet in right], by_triple, order), less), order)
-
-
-def _less(from_these: "list[Balls]", less: "list[list[list[Balls]]]") -> "list[Balls]":
-    return [each - flint().arb_mat(these) for each, these in zip(from_these, less, strict=True)]
+    return divided(frame, [a - b for a, b in zip(second, less, strict=True)], order)
 
 
 def _matrices(rows: "Sequence[Mapping[Any, Value]]", keys: Sequence[Any], order: int) -> "list[Balls]":
@@ -182,8 +171,11 @@ def _rates(
     with arithmetic(library.ctx.prec, order):
         series = library.arb_series
         clock = series([turns[2, n] for n in range(order)]), series([turns[5, n] for n in range(order)])
-        point = _leaning([series(part[:order]) for part in curve], [[series(p[:order]) for p in e] for e in lean], over)
-        slope = _leaning([series(_slopes(p)) for p in curve], [[series(_slopes(p)) for p in e] for e in lean], over)
+        over_all = series([library.arb(0, 1)]) if over else None
+        point = leaning(
+            [series(part[:order]) for part in curve], [[series(p[:order]) for p in e] for e in lean], over_all
+        )
+        slope = leaning([series(_slopes(p)) for p in curve], [[series(_slopes(p)) for p in e] for e in lean], over_all)
         return dynamics.rates(clock, point, slope, deviation)
 
 
@@ -191,14 +183,13 @@ def _slopes(part: "list[Balls]") -> "list[Balls]":
     return [n * part[n] for n in range(1, len(part))]
 
 
-def _leaning(values: "list[Balls]", lean: "list[list[Balls]]", over: bool) -> list[Value]:
-    """Components of a curve as functions of the inputs, with which they lean to first order; over all their values."""
+def leaning(values: "list[Balls]", lean: "list[list[Balls]]", any_value: Balls | None) -> list[Value]:
+    """Components of a curve as functions of the inputs, with which they lean to first order; or over any value."""
     if not lean:
         return values
-    any_value = flint().arb_series([flint().arb(0, 1)])
     result = []
     for i, value in enumerate(values):
-        whole = sum((each[i] * any_value for each in lean), value) if over else value
+        whole = value if any_value is None else sum((each[i] * any_value for each in lean), value)
         result.append(Jet(whole, {N + j: each[i] for j, each in enumerate(lean)}, {}, {}))
     return result
 

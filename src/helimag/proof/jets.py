@@ -196,5 +196,5 @@ def _sum(a: dict[Any, Value], b: dict[Any, Value]) -> dict[Any, Value]:
         return dict(b)
     result = dict(a)
     for key, value in b.items():
-        _add(result, key, value)
+        result[key] = result[key] + value if key in result else value
     return result

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import Any
@@ -11,28 +11,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.notebook import summary
-from helimag.orbits import Orbit
+from helimag.orbits import Orbit, Watch
 from helimag.proof.balls import arithmetic
 from helimag.proof.bending import COUNT, DIVISORS, bent_terms, bent_waves, moving, sampled
-from helimag.proof.bounds import Straight, straights_of
+from helimag.proof.bounds import Report, Span, Straight
 from helimag.proof.certificate import Certificate, Claims, claims_of, dynamics_of, settled
 from helimag.proof.exact import Inputs, parts, require_provable, written
 from helimag.proof.extent import Extent, extent_of, norms_of
 from helimag.proof.guess import Guess, guess_around
 from helimag.proof.jets import Jet
 from helimag.proof.motion import LENGTH, Constants, Source, Swimming
-from helimag.proof.sampling import SAMPLE, speaks_against
+from helimag.proof.row import Row, decimal
+from helimag.proof.sampling import far_apart, spans_unless_against
 from helimag.proof.tube import NONE, N, Tube
 from helimag.proof.waves import Waves
 from helimag.scenario import Scenario
 
 GRIDS: tuple[dict[str, int], ...] = (
-    {"spans": 96, "order": 10, "fine": 20, "coarse": 6, "rough": 3},
-    {"spans": 192, "order": 12, "fine": 20, "coarse": 6, "rough": 3},
-    {"spans": 384, "order": 12, "fine": 20, "coarse": 6, "rough": 3},
+    {"spans": 96, "order": 10, "fine": 14, "coarse": 6, "rough": 6},
+    {"spans": 192, "order": 12, "fine": 14, "coarse": 6, "rough": 4},
+    {"spans": 384, "order": 12, "fine": 14, "coarse": 6, "rough": 2},
 )  # how time is cut; finer where coarser does not decide
 SAME_PLACE, SAME_ATTITUDE = 1e-6, 1e-3  # m and rad, between the orbit given and the curve that its proof is about
-SIZES = (2.0, 1.6, 1.25, 1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.03, 0.01, 0.003)  # of the tube that floats suggest
+SIZES = (1.4, 1.0, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.03, 0.01, 0.003)  # of the tube that floats suggest
+GUESSED = 0.1  # of the time of a proof, about
 SHARE = 0.85  # of the starts that such a tube suggests
 
 
@@ -87,13 +89,15 @@ class Proof:
         return summary(f"proof of the orbit of {self.orbit.scenario.title}", told)
 
 
-def prove(orbit: Orbit) -> Proof:
+def prove(orbit: Orbit, *, progress: Report | None = None) -> Proof:
     """Prove that an orbit exists, alone, and attracts: a theorem about the model at the scenario's decimals.
 
     Parameters
     ----------
     orbit
         As :func:`helimag.find_orbit` gives it.
+    progress
+        Told which part of the work is done, from 0 to 1; what it raises stops it.
 
     Returns
     -------
@@ -107,7 +111,7 @@ def prove(orbit: Orbit) -> Proof:
     MissingExtra
         Where python-flint is not installed.
     """
-    begun = time.perf_counter()
+    begun, watch = time.perf_counter(), Watch(progress)
 
     def ended(reason: str, certificate: Certificate | None = None) -> Proof:
         seconds = time.perf_counter() - begun
@@ -139,8 +143,8 @@ def prove(orbit: Orbit) -> Proof:
         return ended("not proved: what is given is no orbit, as Newton's method leads from it to another one")
     best: Claims | None = None
     for tubes in tubes_to_try(*bent_guess(guess, floats)):
-        for tube, straights in _promising(scenario, tubes, orbit.stable):
-            claims = claims_of(scenario, {}, tube, straights)
+        for tube, spans in _promising(scenario, tubes, orbit.stable, watch.part(GUESSED, 1.0)):
+            claims = claims_of(scenario, {}, tube, spans)
             if claims is not None and (claims.stability or not orbit.stable):
                 return ended(sentence(claims), Certificate(scenario, {}, tube, claims))
             best = best or claims
@@ -170,23 +174,18 @@ def bent_guess(guess: Guess, dynamics: Swimming) -> tuple[Guess, Extent, Waves]:
 
 
 def _promising(
-    scenario: Scenario, tubes: Sequence[Tube], attracting: bool
-) -> Iterator[tuple[Tube, Mapping[int, Straight]]]:
-    """Those of several tubes around one curve that some spans speak for, with what holds on the curve."""
+    scenario: Scenario, tubes: Sequence[Tube], attracting: bool, watch: Watch
+) -> Iterator[tuple[Tube, list[Span]]]:
+    """Those of several tubes around one curve that all spans speak for, with the spans' bounds."""
     with arithmetic():
         dynamics = dynamics_of(scenario, {})
-        try:
-            straights = straights_of(dynamics, tubes[0])
-        except (ZeroDivisionError, ValueError):  # a span is too long for what is divided by in it
-            return
-    numbers = list(range(0, tubes[0].spans, SAMPLE))
+    known: dict[int, Straight] = {}
+    order = far_apart(tubes[0].spans)
     for tube in tubes:
         with arithmetic():
-            against = speaks_against(dynamics, tube, {k: straights[k] for k in numbers}, attracting)
-        if against is None:
-            yield tube, straights
-        else:  # what a wider tube fails at is asked first of a narrower one
-            numbers.insert(0, numbers.pop(numbers.index(against)))
+            spans = spans_unless_against(dynamics, tube, known, order, attracting=attracting, progress=watch)
+        if spans is not None:
+            yield tube, spans
 
 
 def in_floats(constants: Constants) -> Constants:
@@ -253,6 +252,20 @@ def sentence(claims: Claims, inputs: str = "") -> str:
         clear = "that it keeps clear of what is around it is not proved"
     shrinks = f"in the tube a turn multiplies distances, in its own norm, by at most {_below_one(claims.bound)}"
     return f"{place}; {stays}; {shrinks}; {clear}"
+
+
+def row_sentence(row: Row) -> str:
+    """What is proved of a row of boxes, in words."""
+    first = row.cells[0]
+    units = {path: parts(written(first.scenario, path))[1] for path in first.within}
+    box = ", ".join(
+        f"{path} from {decimal(low)} to {decimal(high)} {units[path]}" for path, (low, high) in row.box.items()
+    )
+    return (
+        f"with {box}, all at once and whatever their values, an orbit exists that attracts all of a tube around it, in "
+        f"{len(row.cells)} cells along {row.along}; in each of these tubes a turn multiplies distances, in its own "
+        f"norm, by at most {_below_one(row.bound)}; at least {_length(row.clearance, ROUND_FLOOR)} from all around them"
+    )
 
 
 def named_inputs(certificate: Certificate) -> str:

@@ -1,28 +1,65 @@
-"""Some spans of a turn tried before all are: a tube that one of them speaks against need not be enclosed as a whole."""
+"""The spans of a turn enclosed one after another, far apart ones first, until one of them speaks against a tube."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
-from helimag.proof.bounds import Straight, spans_of
+from helimag.proof.bounds import Report, Span, Straight, silent, spans_of, straights_of
 from helimag.proof.field import Views
 from helimag.proof.theorem import allows, enters
 from helimag.proof.tube import Tube
 
-SAMPLE = 8  # every so many-th span is tried
+SAMPLE = 8  # every so many-th span comes first
 
 
-def speaks_against(views: Views, tube: Tube, straights: Mapping[int, Straight], attracting: bool) -> int | None:
-    """The first of some spans, by number, that a tube fails at; None where none does. This proves nothing.
+def far_apart(spans: int) -> list[int]:
+    """Numbers of all spans, every ``SAMPLE``-th first."""
+    return [k for begin in range(SAMPLE) for k in range(begin, spans, SAMPLE)]
+
+
+def spans_unless_against(
+    views: Views,
+    tube: Tube,
+    known: dict[int, Straight],
+    order: list[int],
+    *,
+    attracting: bool,
+    progress: Report = silent,
+) -> list[Span] | None:
+    """All spans' bounds, None where one of them does not allow what is hoped for; nothing is proved by that.
 
     Within :func:`helimag.proof.balls.arithmetic`.
+
+    Parameters
+    ----------
+    known
+        What holds on the curve, by span: what is missing is enclosed and put in.
+    order
+        In which the spans are tried; the one that spoke against comes first afterwards, as it will again.
+    attracting
+        Whether attraction is hoped for, or existence alone.
     """
-    far = []
-    for k, straight in straights.items():
-        try:
-            (span,) = spans_of(views, tube, {k: straight})
-        except (ZeroDivisionError, ValueError):  # too wide for what is divided by in it
-            return k
-        if not allows(tube, [span.near], attracting=attracting):
-            return k
-        far += [span.far] * SAMPLE
-    inputs = tube.lean.count > 0  # where these have a tolerance, no ball of starts is claimed
-    return None if inputs or not attracting or enters(tube, far, tube.entry) else next(iter(straights))
+    found: dict[int, Span] = {}
+    for n, k in enumerate(order):
+        progress(n / len(order))
+        span = _enclosed(views, tube, known, k)
+        if span is None or not allows(tube, [span.near], attracting=attracting):
+            order.insert(0, order.pop(n))
+            return None
+        found[k] = span
+        if attracting and n + 1 == max(len(order) // SAMPLE, 1) and not _enters(tube, found):
+            return None
+    return [found[k] for k in sorted(found)]
+
+
+def _enclosed(views: Views, tube: Tube, known: dict[int, Straight], k: int) -> Span | None:
+    try:
+        if k not in known:
+            known |= straights_of(views, tube, [k])
+        return spans_of(views, tube, {k: known[k]})[0]
+    except (ZeroDivisionError, ValueError):  # too long, or too wide, for what is divided by in it
+        return None
+
+
+def _enters(tube: Tube, found: dict[int, Span]) -> bool:
+    """Whether a ball of starts comes in, as far as some spans tell; where inputs have a tolerance none is claimed."""
+    some: Sequence[Span] = [found[k] for k in sorted(found) for _ in range(SAMPLE)]
+    return tube.lean.count > 0 or enters(tube, [span.far for span in some], tube.entry)

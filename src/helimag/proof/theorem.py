@@ -8,7 +8,8 @@ the norm max |y_I| / d_I.
 reach 1 from below, so nothing leaves the tube; two motions in it approach each other by ``exp(rate)`` a turn, rate the
 greatest of all ``rate_I`` (G. Soederlind, BIT 46 (2006) 631). The map of one turn takes the tube's section into itself
 and contracts: it has one fixed point there (Banach), an orbit to which all that starts in the tube tends. It lies where
-max |y_I| / d_I <= ``share``, the greatest push_I / (-rate_I d_I).
+max |y_I| / d_I <= ``share``, the greatest push_I / (-rate_I d_I) of all spans: further out that falls all the time, and
+what comes back after a turn does not.
 
 **Existence without attraction.** If ``push_I + change_I d_I < |a_I| d_I`` with bounds over the whole turn, a_I the
 constant block's rate and change_I the row sum of norms of D F - B, then y -> the bounded solution of
@@ -94,7 +95,10 @@ def theorem_of(tube: Tube, spans: Sequence[SpanBounds]) -> Theorem:
     share = exact(1)
     for _ in range(NARROWINGS if existence else 0):
         inside = [share * radius for radius in radii]
-        share = largest([exact(LEAST_SHARE), *(_share(tube, spans, b, inside, stability) for b in blocks)])
+        parts = [[span] for span in spans] if stability else [spans]
+        share = largest(
+            [exact(LEAST_SHARE), *(_share(tube, part, b, inside, stability) for part in parts for b in blocks)]
+        )
     inner = _discs(tube, spans, [share * radius for radius in radii])
     return Theorem(
         existence=existence,
@@ -111,10 +115,14 @@ def _decided(tube: Tube, spans: Sequence[SpanBounds]) -> tuple[bool, bool]:
     """Whether these spans allow attraction, and existence alone."""
     radii = [exact(radius) for radius in tube.radii]
     blocks = range(len(radii))
-    rate = [largest(rate_in(span, b, radii) for span in spans) for b in blocks]
+    rates = [[rate_in(span, b, radii) for b in blocks] for span in spans]
     push = [largest(span.push[b] for span in spans) for b in blocks]
     change = [largest(_change_in(span, b, radii) for span in spans) for b in blocks]
-    stability = all(rate[b] < 0 and push[b] + rate[b] * radii[b] < 0 for b in blocks)
+    stability = all(
+        rate[b] < 0 and span.push[b] + rate[b] * radii[b] < 0
+        for rate, span in zip(rates, spans, strict=True)
+        for b in blocks
+    )
     held = all(push[b] + change[b] * radii[b] < abs(exact(tube.decay[b])) * radii[b] for b in blocks)
     return stability, held
 

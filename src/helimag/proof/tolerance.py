@@ -4,7 +4,7 @@ With the inputs the orbit moves: the tube's curve leans with them to first order
 what is left for the enclosures is of third order.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -13,29 +13,31 @@ from typing import Any
 import numpy as np
 
 from helimag.errors import InputError
+from helimag.orbits import Watch
 from helimag.proof.balls import arithmetic
 from helimag.proof.bending import COUNT, DIVISORS, bent_terms, bent_waves, moving, sampled
-from helimag.proof.bounds import straights_of
+from helimag.proof.bounds import Report, silent
 from helimag.proof.certificate import Certificate, claims_of, dynamics_of
 from helimag.proof.exact import TOLERATED, Inputs, parts, written
 from helimag.proof.extent import WIDER, length
 from helimag.proof.guess import Guess, hill_matrix, linearized, waves_through
 from helimag.proof.motion import Swimming, product
 from helimag.proof.proving import in_floats
-from helimag.proof.sampling import SAMPLE, speaks_against
+from helimag.proof.sampling import far_apart, spans_unless_against
 from helimag.proof.tube import N, Tube
 from helimag.proof.waves import Floats, Waves
 from helimag.scenario import Scenario
 
 PATHS = TOLERATED
-SIZES = (1.0, 0.6, 0.4, 0.25, 0.1, 0.03)  # of the widths that floats suggest
+SIZES = (1.0, 0.7, 0.5, 0.4, 0.32, 0.25, 0.2, 0.16, 0.1, 0.03)  # of the widths that floats suggest
 MOST = 24  # harmonics of the leaning
-STEPS = 300
-Progress = Callable[[float], None]
+TIMES = np.arange(4 * MOST + 1) / (4 * MOST + 1)
+STEPS, BISECTIONS = 300, 40
+GUESSED = 0.1  # of the time, about
 
 
 def tolerated(
-    certificate: Certificate, paths: Sequence[str] = PATHS, *, progress: Progress | None = None
+    certificate: Certificate, paths: Sequence[str] = PATHS, *, progress: Report = silent
 ) -> Certificate | None:
     """The certificate of a box of inputs: for each value in it, an orbit that attracts all of a tube of its own.
 
@@ -63,39 +65,29 @@ def tolerated(
     for path in paths:
         if path not in PATHS:
             raise InputError(f"the inputs of a tolerance must be of {', '.join(PATHS)}; got '{path}'")
-    tell = progress or (lambda _: None)
+    watch = Watch(progress)
     for widths, tube in _suggested(certificate.scenario, certificate.tube, paths):
-        tell(0.1)
-        if not _promising(certificate.scenario, widths, tube):
-            continue
-        claims = claims_of(certificate.scenario, widths, tube, progress=lambda part: tell(0.2 + 0.8 * part))
-        if claims is not None and claims.proved:
-            return Certificate(certificate.scenario, widths, tube, claims)
+        found = proved_within(certificate.scenario, widths, tube, watch.part(GUESSED, 1.0))
+        if found is not None:
+            return found
     return None
 
 
-def _promising(scenario: Scenario, widths: dict[str, str], tube: Tube) -> bool:
-    """Whether some spans speak for a tube; this proves nothing."""
+def proved_within(scenario: Scenario, widths: Mapping[str, str], tube: Tube, progress: Report) -> Certificate | None:
+    """The certificate of a tube for a box of inputs; None where it does not hold, as a first span may tell."""
     with arithmetic():
         dynamics = dynamics_of(scenario, widths)
-        try:
-            straights = straights_of(dynamics, tube, range(0, tube.spans, SAMPLE))
-        except (ZeroDivisionError, ValueError):  # a span is too long for what is divided by in it
-            return False
-        return speaks_against(dynamics, tube, straights, attracting=True) is None
+        order = far_apart(tube.spans)
+        spans = spans_unless_against(dynamics, tube, {}, order, attracting=True, progress=progress)
+    claims = None if spans is None else claims_of(scenario, widths, tube, spans)
+    return Certificate(scenario, widths, tube, claims) if claims is not None and claims.proved else None
 
 
 def _suggested(scenario: Scenario, tube: Tube, paths: Sequence[str]) -> Iterator[tuple[dict[str, str], Tube]]:
     """Half widths and leaning tubes to try, wide ones first."""
     best: tuple[float, Any] = (0.0, None)
     given = _leaning_to_first_order(scenario, tube, paths)
-    guess = Guess(tube.waves, tube.blocks, tube.decay, tube.swing, tube.odd)
-    at = sampled(tube.waves, Swimming.components, given.lean)
-    none = np.zeros((N, at.side, at.side, COUNT))
-    straight = moving(given.dynamics, at, none, none)
-    for divisor in DIVISORS:
-        bent, bending, signs = bent_terms(guess, at, straight.second, divisor)
-        room = Room.of(tube, moving(given.dynamics, at, bent, bending), len(paths))
+    for room, bent, signs in rooms(tube, given):
         found = room.widest()
         if found.product > best[0]:
             best = found.product, (found, bent, signs)
@@ -115,12 +107,23 @@ def _suggested(scenario: Scenario, tube: Tube, paths: Sequence[str]) -> Iterator
             widths,
             replace(
                 tube,
-                lean=_rounded(Waves(given.lean.cos * rows, given.lean.sin * rows)),
+                lean=rounded(Waves(given.lean.cos * rows, given.lean.sin * rows)),
                 bent=bent_waves(bent * (scale[:, None] * scale)[None, :, :, None], signs),
                 radii=radii,
                 entry=radii,
             ),
         )
+
+
+def rooms(tube: Tube, given: "Leaning") -> "Iterator[tuple[Room, Floats, list[bool]]]":
+    """What limits widths and radii with second-order terms of each kind, these terms, and which columns change sign."""
+    guess = Guess(tube.waves, tube.blocks, tube.decay, tube.swing, tube.odd)
+    at = sampled(tube.waves, Swimming.components, given.lean)
+    none = np.zeros((N, at.side, at.side, COUNT))
+    straight = moving(given.dynamics, at, none, none)
+    for divisor in DIVISORS:
+        bent, bending, signs = bent_terms(guess, at, straight.second, divisor)
+        yield Room.of(tube, moving(given.dynamics, at, bent, bending), len(given.units)), bent, signs
 
 
 @dataclass(frozen=True)
@@ -134,23 +137,32 @@ class Leaning:
 
 def _leaning_to_first_order(scenario: Scenario, tube: Tube, paths: Sequence[str]) -> Leaning:
     """Each input's half width such that it moves the orbit by as much as a slow block of the tube is wide."""
-    times = np.arange(4 * MOST + 1) / (4 * MOST + 1)
-    count = Swimming.components
-    curve = Waves(tube.waves.cos[:count], tube.waves.sin[:count])
-    frame = tube.waves.values(times)[count:].reshape(N, N, -1).transpose(2, 1, 0)
+    frame = tube.waves.values(TIMES)[Swimming.components :].reshape(N, N, -1).transpose(2, 1, 0)
     per_unit = {path: _written_part(scenario, path) for path in paths}
-    pushed = _pushes(_dynamics(scenario, per_unit), curve, times)
-    units, leans = [], []
-    for j, path in enumerate(paths):
-        shift = _shift(scenario, curve, times, pushed[:, j])
+    widths = {}
+    for path, shift in _shifts(scenario, tube, per_unit).items():
         inside = np.linalg.solve(frame, shift.T[:, :, None])[:, :, 0]
-        sizes = np.array([np.linalg.norm(inside[:, list(rows)], axis=1).max() for rows in tube.columns])
-        part = float((np.array(tube.radii) / sizes)[[0]].min())
-        units.append(part * float(per_unit[path]))
-        leans.append(_leaning(curve, times, part * shift))
+        slowest = np.linalg.norm(inside[:, list(tube.columns[0])], axis=1).max()
+        widths[path] = Fraction(tube.radii[0] / float(slowest)) * per_unit[path]
+    return leaning_over(scenario, tube, widths)
+
+
+def leaning_over(scenario: Scenario, tube: Tube, widths: Mapping[str, Fraction]) -> Leaning:
+    """How the orbit on a tube's curve moves with inputs over half widths in the file's units."""
+    curve = _curve(tube)
+    leans = [_leaning(curve, TIMES, shift) for shift in _shifts(scenario, tube, widths).values()]
     lean = Waves(np.vstack([each.cos for each in leans]), np.vstack([each.sin for each in leans]))
-    widths = {path: Fraction(unit) for path, unit in zip(paths, units, strict=True)}
-    return Leaning(tuple(units), lean, _dynamics(scenario, widths))
+    return Leaning(tuple(map(float, widths.values())), lean, _dynamics(scenario, widths))
+
+
+def _shifts(scenario: Scenario, tube: Tube, widths: Mapping[str, Fraction]) -> dict[str, Floats]:
+    """By input: by how much it moves the orbit (6, times) over a half width, to first order."""
+    pushed = _pushes(_dynamics(scenario, widths), _curve(tube), TIMES)
+    return {path: _shift(scenario, _curve(tube), TIMES, pushed[:, j]) for j, path in enumerate(widths)}
+
+
+def _curve(tube: Tube) -> Waves:
+    return Waves(*(each[: Swimming.components] for each in (tube.waves.cos, tube.waves.sin)))
 
 
 def _written_part(scenario: Scenario, path: str) -> Fraction:
@@ -158,7 +170,7 @@ def _written_part(scenario: Scenario, path: str) -> Fraction:
     return (abs(parts(written(scenario, path))[0]) or Fraction(1)) / 1000
 
 
-def _dynamics(scenario: Scenario, widths: dict[str, Fraction]) -> Swimming:
+def _dynamics(scenario: Scenario, widths: Mapping[str, Fraction]) -> Swimming:
     """The equations in floats, with three derivatives by inputs' variables, each from -1 to 1 over a half width."""
     with arithmetic():
         return Swimming(in_floats(Inputs(scenario, widths, "middle", 3).constants()), plain=False)
@@ -190,7 +202,7 @@ def _leaning(curve: Waves, times: Floats, shift: Floats) -> Waves:
     return waves_through(np.concatenate([shift[:3], turned]), [False] * 3 + [odd] * 4)
 
 
-def _rounded(waves: Waves) -> Waves:
+def rounded(waves: Waves) -> Waves:
     return Waves(np.round(waves.cos, 14) + 0.0, np.round(waves.sin, 14) + 0.0)
 
 
@@ -225,24 +237,26 @@ class Room:
         third = [[[[length(motion.third[i, j, k, n]) for n in all_of] for k in all_of] for j in all_of] for i in rows]
         return cls(np.abs(tube.decay), np.array(second), np.array(third), np.array(tube.radii))
 
-    def bears(self, shares: Floats, radii: Floats) -> bool:
-        """Whether a tube of these radii bears these parts of the widths."""
-        blocks, reach = len(radii), np.concatenate([radii, shares])
-        row = np.einsum("ijk,j,k->i", self.second[:, :blocks], radii, reach)
-        row += WIDER * np.einsum("ijkl,j,k,l->i", self.third[:, :blocks], radii, reach, reach) / 2.0
-        push = np.einsum("ijk,j,k->i", self.second[:, blocks:, blocks:], shares, shares) / 2.0
-        push += WIDER * np.einsum("ijkl,j,k,l->i", self.third[:, blocks:, blocks:, blocks:], shares, shares, shares) / 6
-        return bool(np.all(row + push < self.rate * radii))
-
     def scaled(self, shares: Floats, radii: Floats) -> float:
-        """By what parts of the widths may be multiplied, at most."""
-        low, high = 0.0, 1.0
-        while self.bears(high * shares, radii) and high < 1e6:
-            low, high = high, 2.0 * high
-        for _ in range(20):
-            middle = (low + high) / 2.0
-            low, high = (middle, high) if self.bears(middle * shares, radii) else (low, middle)
-        return low
+        """By what parts of the widths may be multiplied, at most, for a tube of these radii to bear them."""
+        blocks = len(radii)
+        radius, third = "ijk,j,k->i", "ijkl,j,k,l->i"
+        # in powers of the multiple: rows of the linearised motion times radii, and what moves on the curve
+        by = [
+            np.einsum(radius, self.second[:, :blocks, :blocks], radii, radii)
+            + WIDER * np.einsum(third, self.third[:, :blocks, :blocks, :blocks], radii, radii, radii) / 2.0,
+            np.einsum(radius, self.second[:, :blocks, blocks:], radii, shares)
+            + WIDER * np.einsum(third, self.third[:, :blocks, :blocks, blocks:], radii, radii, shares),
+            WIDER * np.einsum(third, self.third[:, :blocks, blocks:, blocks:], radii, shares, shares) / 2.0
+            + np.einsum(radius, self.second[:, blocks:, blocks:], shares, shares) / 2.0,
+            WIDER * np.einsum(third, self.third[:, blocks:, blocks:, blocks:], shares, shares, shares) / 6.0,
+        ]
+        low, high = 0.0, 1e6
+        for _ in range(BISECTIONS):
+            middle = np.sqrt(max(low, 1e-6) * high)
+            borne = by[0] + middle * (by[1] + middle * (by[2] + middle * by[3])) < self.rate * radii
+            low, high = (middle, high) if borne.all() else (low, middle)
+        return float(low)
 
     def widest(self) -> Found:
         """The widths of the greatest product, and the radii that go with them."""

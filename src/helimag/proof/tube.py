@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from helimag.proof.balls import around_zero, exact, root_of_squares
+from helimag.proof.balls import around_zero, exact, flint, root_of_squares
 from helimag.proof.jets import Jet, Pair, Triple
 from helimag.proof.waves import Waves
 
 if TYPE_CHECKING:
-    from flint import arb
+    from flint import arb, arb_mat
 
 N = 6
 SWELL = 1.1
@@ -52,7 +52,7 @@ class Tube:
         functions where there are no such terms.
     spans, order, fine, coarse, rough
         Spans of equal time in a turn; coefficients of the series in each: of the linearised motion, of what moves on
-        the curve, of second derivatives and of third ones.
+        the curve, and of second derivatives; and in how many parts each is cut for third ones.
     """
 
     waves: Waves
@@ -111,12 +111,9 @@ class Chart:
         """Second-order term of a component by two variables."""
         return self.bent[i].get((a, b) if a <= b else (b, a), exact(0))
 
-    def times(self, by: int) -> "Chart":
-        """All of it so many times."""
-        return Chart(
-            [[by * entry for entry in row] for row in self.frame],
-            [{pair: by * entry for pair, entry in row.items()} for row in self.bent],
-        )
+    def terms(self, side: int) -> "arb_mat":
+        """All second-order terms (6, pairs)."""
+        return flint().arb_mat([[row.get(pair, exact(0)) for pair in pairs(side)] for row in self.bent])
 
 
 def charts_at(tube: Tube, components: int, inputs: int, at: "arb", order: int) -> list[Chart]:
@@ -179,10 +176,8 @@ def _first(chart: Chart, i: int, part: range) -> "list[arb]":
     return [chart.frame[i][a] for a in part if a < N]
 
 
-def deviation_jets(chart: Chart, parts: Sequence[range], radii: "Sequence[float | arb] | None") -> list[Jet]:
-    """The six deviations as functions of all variables: on the curve, or over everything within radii by part."""
-    if radii is None:
-        return [Jet(exact(0), dict(enumerate(chart.frame[i])), dict(chart.bent[i])) for i in range(N)]
+def deviation_jets(chart: Chart, parts: Sequence[range], radii: "Sequence[float | arb]") -> list[Jet]:
+    """The six deviations as functions of all variables, over everything within radii by part."""
     values, result = deviations(chart, parts, radii), []
     for i in range(N):
         first = {}

@@ -62,7 +62,7 @@ def basis(harmonics: int, at: "arb", order: int) -> "arb_mat":
     pi = library.arb.pi()
     cosines, sines = [], []
     for j in range(harmonics):
-        cos, sin, power = (pi * j * at).cos(), (pi * j * at).sin(), library.arb(1)
+        (sin, cos), power = (pi * j * at).sin_cos(), library.arb(1)
         cosine, sine = [], []
         for n in range(order):
             if n:
