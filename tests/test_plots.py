@@ -65,7 +65,7 @@ def test_run_shows_every_series_in_the_units_of_its_labels(run):
 
 
 def test_title_has_verdict_and_gain_in_words(run):
-    words = " ".join(text.get_text() for text in plots.draw_run(run).findobj(mpl.text.Text))
+    words = " ".join(" ".join(text.get_text() for text in plots.draw_run(run).findobj(mpl.text.Text)).split())
     assert run.judgement.reason in words
     assert f"= {run.gain:.3f}" in words
 
@@ -114,8 +114,9 @@ def test_measured_run_is_drawn_without_a_magnet(measured, tmp_path):
 
 def test_run_without_a_position_is_refused(measured):
     blind = Trajectory(measured.dataset.assign(position=measured.dataset.position * np.nan))
-    with pytest.raises(InputError, match="at least one sample with a finite position"):
-        plots.draw_run(blind)
+    for few in (blind, Trajectory(measured.dataset.isel(time=[0]))):
+        with pytest.raises(InputError, match="at least two samples with a finite position"):
+            plots.draw_run(few)
 
 
 def test_lag_is_left_out_while_the_device_slips(run):

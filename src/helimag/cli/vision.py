@@ -11,6 +11,7 @@ from helimag.cli._outputs import (
     DATA,
     FIGURE,
     RIG,
+    FigureSize,
     Folder,
     Outputs,
     check_folder,
@@ -170,6 +171,7 @@ def track(
     gap: str | None = None,
     scenario: str | None = None,
     output: Outputs = None,
+    size: FigureSize = None,
     rate: float | None = None,
     clock_offset: str | None = None,
     review: Path | None = None,
@@ -201,7 +203,7 @@ def track(
     from helimag import quantities as q
     from helimag import vision
 
-    check_outputs(output, DATA, FIGURE)
+    check_outputs(output, DATA, FIGURE, size=size)
     clips = [] if review is None else [review]
     check_outputs(clips, CLIP, option="--review")
     for film in (first, second):
@@ -222,7 +224,7 @@ def track(
             name=output[0].stem if output else f"{first.stem} and {second.stem}",
             progress=progress,
         )
-    _write(run, output)
+    _write(run, output, size)
     if review is not None:
         with progress_bar("drawing the clip") as progress:
             vision.review(run, first, second, calibrated, review, shape=shape, rate=rate, progress=progress)
@@ -230,7 +232,7 @@ def track(
 
 
 @app.command(name="import")
-def import_(track: Path, *, gap: str, output: Outputs = None, common: Common = PLAIN) -> None:
+def import_(track: Path, *, gap: str, output: Outputs = None, size: FigureSize = None, common: Common = PLAIN) -> None:
     """Make a trajectory of a track from another tool, and judge it.
 
     Parameters
@@ -246,9 +248,9 @@ def import_(track: Path, *, gap: str, output: Outputs = None, common: Common = P
     from helimag import quantities as q
     from helimag.runs.imported import import_track
 
-    check_outputs(output, DATA, FIGURE)
+    check_outputs(output, DATA, FIGURE, size=size)
     run = import_track(track, initial_gap=q.parse(gap, q.LENGTH))
-    _write(run, output)
+    _write(run, output, size)
     if not common.json:
         print(run.dataset.attrs["source"])
     _tell(run, output, common.json)
@@ -271,15 +273,16 @@ def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | Non
     return length, Shape.of(known.device), known.to_toml()
 
 
-def _write(run: "Trajectory", output: list[Path] | None) -> None:
+def _write(run: "Trajectory", output: list[Path] | None, size: FigureSize) -> None:
     from helimag.cli.runs import run_writers
 
-    write_outputs(output, run_writers(run))
+    write_outputs(output, run_writers(run), size=size)
 
 
 def _tell(run: "Trajectory", output: list[Path] | None, json: bool, beside: list[Path] | None = None) -> None:
     import sys
 
+    from helimag.runs import interval_text
     from helimag.runs.measurement import report
 
     numbers = report(run)
@@ -287,10 +290,10 @@ def _tell(run: "Trajectory", output: list[Path] | None, json: bool, beside: list
     if json:
         print_json(numbers | files_report(written))
         return
-    low, high = (1e3 * bound for bound in numbers["output_y_95_m"])
+    extent = interval_text(numbers["output_y_95_m"], 3, per=1e3, unit=" mm")
     print(f"{run.dataset.attrs['name']}: {numbers['verdict']}, {numbers['reason']}")
-    print(f"  gain          {numbers['gain']:.4f}, 95 % {numbers['gain_95'][0]:.4f} to {numbers['gain_95'][1]:.4f}")
-    print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, 95 % {low:.3f} to {high:.3f} mm")
+    print(f"  gain          {numbers['gain']:.4f}, {interval_text(numbers['gain_95'], 4)}")
+    print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, {extent}")
     if "attack_angle_deg" in numbers:
         print(
             f"  attack angle  {numbers['attack_angle_deg']:.2f} deg, wobble {numbers['wobble_deg']:.2f} deg "

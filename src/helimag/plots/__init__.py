@@ -22,6 +22,7 @@ from helimag.plots._run import draw_run  # noqa: E402
 from helimag.plots._save import save  # noqa: E402
 from helimag.plots._side_by_side import Case, draw_side_by_side  # noqa: E402
 from helimag.plots._straight import StraightRun, draw_straight_runs  # noqa: E402
+from helimag.plots._style import Size  # noqa: E402
 from helimag.plots.compare import draw_comparison  # noqa: E402
 from helimag.plots.robot import draw_cell, draw_joints, draw_timed, save_plan  # noqa: E402
 from helimag.plots.sweeps import Passes, draw_passes, draw_sweep  # noqa: E402
@@ -29,6 +30,7 @@ from helimag.plots.sweeps import Passes, draw_passes, draw_sweep  # noqa: E402
 __all__ = [
     "Case",
     "Passes",
+    "Size",
     "StraightRun",
     "animate",
     "check_filming",

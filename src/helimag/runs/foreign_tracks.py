@@ -61,11 +61,17 @@ def canonical(table: list[Cells]) -> tuple[str, list[Cells]]:
 def _trackmate(table: list[Cells]) -> list[Cells]:
     """Spots of TrackMate: names for the program, names to read twice, units, and a line a spot."""
     heads = [cell.strip().upper() for cell in table[0][1]]
+    table = [(i, cells + [""] * (len(heads) - len(cells))) for i, cells in table]  # a line may have been cut
+    twice = [key for key in _TRACKMATE if heads.count(key) > 1]
+    if twice:
+        raise InputError(f"it is a table of TrackMate and must have {twice[0]} once; it has {', '.join(heads)}")
     places = {name: heads.index(key) for key, name in _TRACKMATE.items() if key in heads}
     if len(places) < len(_TRACKMATE):
         raise InputError(f"it is a table of TrackMate and must have {', '.join(_TRACKMATE)}; it has {', '.join(heads)}")
     begin = next((k for k, (_, cells) in enumerate(table) if k and _is_number(cells[places["x"]])), len(table))
     rows = table[begin:]
+    if not rows or begin == 1:
+        raise InputError("it is a table of TrackMate and must have a line of units, such as (mm) and (sec), and spots")
     track = heads.index("TRACK_ID") if "TRACK_ID" in heads else None
     if track is not None and len({cells[track] for _, cells in rows if cells[track].strip()}) > 1:
         raise InputError("it is a table of TrackMate and must hold one track; filter it to the device's")
@@ -76,7 +82,8 @@ def _trackmate(table: list[Cells]) -> list[Cells]:
             f"interval there (Image > Properties) and export again"
         )
     first = [f"{name} [{_UNITS.get(unit.lower(), unit)}]" for name, unit in zip(places, units, strict=True)]
-    ordered = sorted(rows, key=lambda row: float(row[1][places["time"]]))
+    timed = all(_is_number(cells[places["time"]]) for _, cells in rows)  # what is none is refused by its line
+    ordered = sorted(rows, key=lambda row: float(row[1][places["time"]])) if timed else rows
     return [(table[0][0], first), *((i, [cells[place] for place in places.values()]) for i, cells in ordered)]
 
 

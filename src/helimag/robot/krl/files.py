@@ -10,6 +10,11 @@ def krl_texts(source: str | Path) -> tuple[str, str]:
 
     The code itself is ASCII; comments are written in whatever encoding the editor had, and are not looked at.
 
+    Returns
+    -------
+    tuple of str
+        Of .src and .dat; the latter empty where there is none.
+
     Raises
     ------
     FileError
@@ -19,7 +24,10 @@ def krl_texts(source: str | Path) -> tuple[str, str]:
     """
     path = Path(source)
     src = _text(path)
-    beside = [other for other in path.parent.iterdir() if other.name.lower() == f"{path.stem}.dat".lower()]
+    try:
+        beside = [other for other in path.parent.iterdir() if other.name.lower() == f"{path.stem}.dat".lower()]
+    except OSError as error:
+        raise FileError(f"{path.parent} cannot be read: {error.strerror or error}") from None
     if len(beside) > 1:
         names = " and ".join(sorted(other.name for other in beside))
         raise FileError(f"there must be one .dat file beside '{path}'; there are {names}")

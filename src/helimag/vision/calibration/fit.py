@@ -47,6 +47,11 @@ def calibrate(
         False: take light to go straight, each camera posed by the datum alone, as one would without a model of the
         wall.
 
+    Returns
+    -------
+    Calibration
+        The rig, and how well it fits.
+
     Raises
     ------
     InputError

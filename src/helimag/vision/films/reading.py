@@ -90,6 +90,11 @@ class Film:
     def frames(self) -> Iterator[Frame]:
         """Each frame with its time (s), decoded when it is asked for.
 
+        Yields
+        ------
+        tuple of float and ndarray
+            The time, and the picture (height, width) in 8 bits.
+
         Raises
         ------
         FileError
