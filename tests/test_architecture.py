@@ -234,12 +234,59 @@ def test_public_names_are_documented(name):
     assert len(text.splitlines()[0]) > 10
     if inspect.isclass(thing):
         return
-    sections = re.split(r"^(\w[\w ]*)\n-+$", text, flags=re.MULTILINE)
-    parameters = dict(zip(sections[1::2], sections[2::2], strict=True)).get("Parameters", "")
+    parameters = sections(thing).get("Parameters", "")
     documented = {n.strip() for line in parameters.splitlines() if line and line[0] != " " for n in line.split(",")}
     assert documented == set(inspect.signature(thing).parameters)
-    if inspect.signature(thing).return_annotation not in (None, "None", inspect.Signature.empty):
-        assert "Returns" in sections[1::2]
+
+
+def sections(function):
+    """A docstring's parts by their heads."""
+    parts = re.split(r"^(\w[\w ]*)\n-+$", inspect.getdoc(function) or "", flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def gives(function):
+    """Whether a function returns something, by its annotation."""
+    return inspect.signature(function).return_annotation not in (None, "None", inspect.Signature.empty)
+
+
+def methods(cls):
+    """A class' own public methods by name, class methods too."""
+    for name, member in vars(cls).items():
+        function = member.__func__ if isinstance(member, (classmethod, staticmethod)) else member
+        if inspect.isfunction(function) and not name.startswith("_"):
+            yield name, function
+
+
+def offered():
+    """Functions and methods of helimag itself and of all rooms: name, function, and what it was reached by."""
+    for room in ("", *hm._ROOMS):
+        module = importlib.import_module(f"helimag.{room}" if room else "helimag")
+        for name in getattr(module, "__all__", ()):
+            thing = getattr(module, name)
+            found = methods(thing) if inspect.isclass(thing) else [("", thing)] if inspect.isfunction(thing) else []
+            for inner, function in found:
+                if function.__module__.startswith("helimag"):
+                    yield ".".join(part for part in (room, name, inner) if part), function, thing
+
+
+# results that users are given, beside what helimag itself exports
+GIVEN = {"Posterior", "Findings", "Devices", "Certificate", "SlowFlow", "StabilityMap", "OrbitComparison"}
+OFFERED = {label: (function, thing) for label, function, thing in offered()}
+
+
+def test_what_users_call_says_what_it_returns():
+    """Every function and method of helimag's own names and of results; of the rooms, each that has any section."""
+    own = {id(getattr(hm, name)) for name in hm.__all__}
+    silent = []
+    for label, (function, thing) in OFFERED.items():
+        told = sections(function)
+        asked = id(thing) in own or thing.__name__ in GIVEN or told
+        if asked and gives(function) and not {"Returns", "Yields"} & told.keys():
+            silent.append(label)
+    assert len(OFFERED) > 250
+    assert {thing.__name__ for _, thing in OFFERED.values()} >= GIVEN
+    assert silent == []
 
 
 def test_dir_shows_all_names_and_the_rooms():

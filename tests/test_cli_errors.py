@@ -48,6 +48,48 @@ def test_bad_files(helimag, tmp_path, command, old, new, parts):
     refused(helimag(command, write(tmp_path / "a.toml", old, new)), "a.toml", *parts)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "end"),
+    [
+        ("frequency =", "frequncy =", "did you mean frequency?"),
+        ("duration =", "Duration =", "did you mean duration?"),
+        ('radius = "0.3603', 'radus = "0.3603', "did you mean radius?"),
+        ('shape = "sphere"', 'shape = "cylinder"', "device.head.radius is not a known key; got '0.3603 mm'"),
+        ("[fluid]", "[fluid]\ntemperature = 3", "fluid.temperature is not a known key; got 3"),
+    ],
+)
+def test_a_key_that_is_meant_for_another_is_told_which(helimag, tmp_path, old, new, end):
+    """Only keys of the same part and form, and nothing where none is alike."""
+    status, out, err = helimag("simulate", write(tmp_path / "a.toml", old, new))
+    assert (status, out) == (2, "")
+    assert err.endswith(f"{end}\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "end"),
+    [
+        (("Paper/fig3C",), "'Paper/fig3C' is neither; did you mean paper/fig3c?"),
+        (("absent.toml",), "'absent.toml' is neither"),
+        (
+            ("paper/fig3c", "--set", "pitch=1 deg"),
+            "did you mean device.helix.pitch or drive.pitch or drive.path.pitch?",
+        ),
+        (("paper/fig3c", "--set", "drive.pich=1 deg"), "did you mean drive.pitch?"),
+        (("paper/fig3c", "--set", "drive.colour=1"), "pitch_about, start, heading, path"),
+    ],
+)
+def test_a_name_that_is_meant_for_another_is_told_which(helimag, words, end):
+    status, out, err = helimag("simulate", *words)
+    assert (status, out) == (2, "")
+    assert err.endswith(f"{end}\n")
+
+
+def test_a_plan_in_the_place_of_a_scenario_is_named(helimag, tmp_path):
+    for table, what in (("axis", "sweep"), ("free", "calibration")):
+        (tmp_path / "plan.toml").write_text(f'base = "paper/fig3c"\n[[{table}]]\n')
+        refused(helimag("simulate", tmp_path / "plan.toml"), f"plan.toml is the plan of a {what}, not a scenario")
+
+
 def test_files_that_are_none(helimag, tmp_path):
     (tmp_path / "empty.toml").touch()
     (tmp_path / "binary.toml").write_bytes(bytes(range(256)))

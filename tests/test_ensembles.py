@@ -61,7 +61,7 @@ def test_wilsons_interval():
 
 
 def test_several_scenarios_draw_one_after_the_other():
-    """The twins of Fig. 3: one stream of normal displacements through all scenarios."""
+    """The perturbed runs of Fig. 3: one stream of normal displacements through all scenarios."""
     other = SHORT.replaced({"drive.start": (0.0, -0.04, 0.0)})
     pair = ensembles([SHORT, other], Perturbation(displacement=1e-5), runs=3, seed=3, threads=1)
     random = np.random.default_rng(3)

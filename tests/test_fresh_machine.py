@@ -112,6 +112,9 @@ def test_the_first_run_says_that_it_compiles_and_the_second_says_nothing(tmp_pat
         for _ in range(2)
     )
     assert first.stderr.startswith(SAID)
+    compiled = [place.parent.name.rpartition("_")[0] for place in tmp_path.rglob("*.o")]
+    assert len(compiled) >= 2
+    assert len(set(compiled)) == len(compiled), "a kernel is compiled once, not again where it is launched"
     of_compiling = [SAID, *(line for line in first.stderr.splitlines(keepends=True) if line.endswith(" s so far\n"))]
     warnings = [line for line in first.stderr.splitlines(keepends=True) if line not in of_compiling]
     assert all(line.startswith("helimag: warning: ") for line in warnings)

@@ -65,7 +65,7 @@ def test_run_shows_every_series_in_the_units_of_its_labels(run):
 
 
 def test_title_has_verdict_and_gain_in_words(run):
-    words = " ".join(text.get_text() for text in plots.draw_run(run).findobj(mpl.text.Text))
+    words = " ".join(" ".join(text.get_text() for text in plots.draw_run(run).findobj(mpl.text.Text)).split())
     assert run.judgement.reason in words
     assert f"= {run.gain:.3f}" in words
 

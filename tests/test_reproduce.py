@@ -16,7 +16,7 @@ from helimag.runs.gain import Heights, gain_until
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
 
-TWINS = 10  # enough for a majority; the command runs 32
+PERTURBED = 10  # enough for a majority; the command runs 32
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def folder(tmp_path_factory):
 def result(folder):
     done = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("helimag.reproduce._fig3.TWINS", TWINS)
+        patch.setattr("helimag.reproduce._fig3.PERTURBED", PERTURBED)
         result = fig3(folder, progress=done.append)
     assert done == sorted(done)
     assert done[-1] == 1.0
@@ -55,7 +55,7 @@ def test_published_values_are_the_papers(rows):
     assert all("section II-B" in row["source"] for row in rows.values())
 
 
-def test_all_three_cases_are_as_published_and_so_is_every_twin(result, rows):
+def test_all_three_cases_are_as_published_and_so_is_every_perturbed_run(result, rows):
     """The paper: A attracted at about 1300 s, B falls with a gain of 0.914 at 700 s, C on an orbit with 0.252."""
     a, b, c = result.rows
     assert [case["case"] for case in result.rows] == ["A", "B", "C"]
@@ -67,9 +67,9 @@ def test_all_three_cases_are_as_published_and_so_is_every_twin(result, rows):
     assert a["orbit_stable"] is b["orbit_stable"] is None
     assert c["outlook"] == "coming to a stable orbit"
     for case in result.rows:
-        assert case["twins_with_the_same_verdict"] == case["twins"] == TWINS
+        assert case["perturbed_with_the_same_verdict"] == case["perturbed"] == PERTURBED
     assert [case["leads"] for case in result.rows] == ["helix", "head", "helix"]
-    assert rows["a", "verdict"]["twins"] == f"{TWINS} of {TWINS} attracted"
+    assert rows["a", "verdict"]["perturbed"] == f"{PERTURBED} of {PERTURBED} attracted"
     assert "touches the magnet" in rows["a", "gain at 1400 s"]["remark"]
     assert "Not the same event" in rows["b", "escape time"]["remark"]
 
@@ -90,9 +90,9 @@ def test_differences_are_computed_less_published(rows):
             assert row["difference"] == pytest.approx(row["computed"] - row["published"])
 
 
-def test_twins_are_apart_but_near(rows):
+def test_perturbed_runs_are_apart_but_near(rows):
     escape = rows["a", "escape time"]
-    assert 0.5 < escape["twins_q95"] - escape["twins_q05"] < 60.0
+    assert 0.5 < escape["perturbed_q95"] - escape["perturbed_q05"] < 60.0
 
 
 def test_files_are_whole_and_all(result, folder):

@@ -8,8 +8,8 @@ from command_line import run
 
 
 @pytest.fixture(autouse=True)
-def few_twins(monkeypatch, tmp_path):
-    monkeypatch.setattr("helimag.reproduce._straight.TWINS", 1)
+def few_perturbed(monkeypatch, tmp_path):
+    monkeypatch.setattr("helimag.reproduce._straight.PERTURBED", 1)
     monkeypatch.chdir(tmp_path)
 
 

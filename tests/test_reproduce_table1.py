@@ -32,7 +32,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def result(folder):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("helimag.reproduce._straight.TWINS", 4)
+        patch.setattr("helimag.reproduce._straight.PERTURBED", 4)
         return table1(folder)
 
 
@@ -66,10 +66,10 @@ def test_heights_and_angle_are_near_the_measured_ones(rows):
 
 def test_how_firm_it_is_stands_beside_it(rows, result):
     for row, each in rows.items():
-        alike = each["twins_by_outcome"].get(each["outcome"], 0)
-        assert each["twins"] == sum(each["twins_by_outcome"].values()) == 4
+        alike = each["perturbed_by_outcome"].get(each["outcome"], 0)
+        assert each["perturbed"] == sum(each["perturbed_by_outcome"].values()) == 4
         assert alike == 4 or row == 1, "only row 1 hangs on a tuned weight"
-        low, high = each["y_twins_m"]
+        low, high = each["y_perturbed_m"]
         assert low <= high
     assert "Row 1 stays only by tuning" in " ".join(result.text.split())
     assert "7 of 7 outcomes as measured" in result.text
@@ -91,7 +91,7 @@ def test_files_are_whole_and_all(result, folder):
 
 
 def test_fig5_is_rows_3_1_and_2_in_its_order(tmp_path, monkeypatch):
-    monkeypatch.setattr("helimag.reproduce._straight.TWINS", 1)
+    monkeypatch.setattr("helimag.reproduce._straight.PERTURBED", 1)
     result = fig5(tmp_path)
     assert [row["row"] for row in result.rows] == [3, 1, 2]
     assert (tmp_path / "fig5.png").stat().st_size > 10_000

@@ -10,7 +10,7 @@ import helimag
 from helimag import Plan
 from helimag.outcomes import Verdict
 from helimag.plots import draw_sweep, interactive_sweep, save_html
-from helimag.plots.sweeps import COLOURS, border_of
+from helimag.plots.sweeps import COLOURS, border_of, heading
 from helimag.sweeps import Axis, Sampling
 
 PITCH = Axis(field="drive.pitch", start="4 deg", stop="16 deg", count=5)
@@ -63,6 +63,13 @@ def test_two_values_of_the_first_axis_are_a_map_with_its_lines_named(tmp_path):
     assert "nose-first/fig3c" in title
     assert "distance 150 mm" in title
     assert "pitch" not in title.splitlines()[1]
+
+
+def test_a_plan_called_as_its_scenario_is_named_once(tmp_path):
+    data = made(tmp_path, PITCH).load()
+    base = helimag.load("nose-first/fig3c").replaced({"run.duration": "30 s"})
+    assert heading(data).splitlines()[0] == f"sweep: {base.title}"
+    assert heading(data.assign_attrs(title=base.title)).splitlines()[0] == base.title
 
 
 def test_the_border_runs_along_the_sides_of_cells():

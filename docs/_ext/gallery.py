@@ -56,6 +56,20 @@ SHOWN = (
         "map.png",
     ),
     Shown(
+        "slide",
+        "The same run on a slide: 16:9, with large words",
+        "howto/plot.md",
+        ("helimag simulate paper/fig3c -o c.nc", "helimag plot c.nc -o slide.png --size slide"),
+        "slide.png",
+    ),
+    Shown(
+        "small",
+        "The same map in a column of a paper",
+        "howto/plot.md",
+        ("helimag sweep map.toml -o map.zarr", "helimag plot map.zarr -o small.png --size small"),
+        "small.png",
+    ),
+    Shown(
         "table1",
         "The paper's experiment: seven straight runs, measured and computed",
         "howto/reproduce.md",

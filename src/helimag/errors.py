@@ -28,5 +28,11 @@ class MissingExtra(HelimagError, ImportError):
 
     @classmethod
     def of(cls, what: str, package: str, extra: str) -> Self:
-        """The one sentence for all of them: what needs which package, and the extra that brings it, quoted for zsh."""
+        """The one sentence for all of them: what needs which package, and the extra that brings it, quoted for zsh.
+
+        Returns
+        -------
+        MissingExtra
+            To be raised.
+        """
         return cls(f'{what} needs {package}: in a checkout of helimag, python -m pip install ".[{extra}]"')

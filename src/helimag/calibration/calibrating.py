@@ -44,6 +44,11 @@ def calibrate(
     progress
         Called with the fraction done after each step.
 
+    Returns
+    -------
+    Posterior
+        Samples with equal weights, and what the runs of each say of the observations.
+
     Raises
     ------
     FileError

@@ -33,6 +33,11 @@ def drawn(fit: Posterior, scenario: Scenario, *, draws: int, noise: Noise | None
     seed
         Of samples and errors: the same seed draws the same.
 
+    Returns
+    -------
+    Devices
+        Each of them a sample of the posterior.
+
     Raises
     ------
     InputError

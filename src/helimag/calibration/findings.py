@@ -65,7 +65,13 @@ class Findings:
         return said or ["every free input is narrower than its prior, and no pair trades off"]
 
     def as_json(self) -> dict[str, object]:
-        """As plain numbers and sentences."""
+        """As plain numbers and sentences.
+
+        Returns
+        -------
+        dict
+            Plain numbers by name of input, and sentences.
+        """
         return {
             "width_share": dict(zip(self.names, self.widths.tolist(), strict=True)),
             "not_told": list(self.open),

@@ -112,17 +112,34 @@ class Posterior:
         """Whether values of that log-likelihood lie in the region of highest density that holds ``level`` of all.
 
         Density is that over the priors' own unit cube, where the prior is even: there the likelihood alone orders it.
+
+        Returns
+        -------
+        bool
+            True of the likeliest samples.
         """
         return bool(loglikelihood >= np.quantile(self.loglikelihood, 1.0 - level))
 
     def draws(self, count: int, random: np.random.Generator) -> Floats:
-        """Some of the samples (count, k): each at most once more than any other."""
+        """Some of the samples (count, k): each at most once more than any other.
+
+        Returns
+        -------
+        ndarray
+            (count, k), SI.
+        """
         whole, rest = divmod(count, len(self.samples))
         order = random.permutation(len(self.samples))
         return np.asarray(self.samples[np.concatenate([np.tile(order, whole), order[:rest]]).astype(int)])
 
     def dataset(self) -> "xarray.Dataset":
-        """As labelled arrays."""
+        """As labelled arrays.
+
+        Returns
+        -------
+        xarray.Dataset
+            SI, with units and meanings as attributes.
+        """
         import xarray
 
         said = {
@@ -165,6 +182,11 @@ class Posterior:
     @classmethod
     def load(cls, path: str | Path) -> "Posterior":
         """Read what :meth:`save` wrote.
+
+        Returns
+        -------
+        Posterior
+            As it was saved.
 
         Raises
         ------
@@ -266,6 +288,11 @@ def shown_unit(fit: Posterior, place: int) -> tuple[float, str]:
 
 def is_fit(path: str | Path) -> bool:
     """Whether a file is a calibration, damaged or not.
+
+    Returns
+    -------
+    bool
+        False of any other netCDF file.
 
     Raises
     ------

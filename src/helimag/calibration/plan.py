@@ -132,10 +132,11 @@ def _observation(entry: Any, context: Any) -> Any:
     known = [*NUMBERS, "attracted", "fell", "floor", "surface", "wall", "stays", "track"]
     if what not in known:
         raise InputError(f".observed.what must be one of {', '.join(known)}; got {what!r}")
+    kind = KINDS.get(str(what), Ending)
     try:
-        return KINDS.get(str(what), Ending).model_validate(entry, context=context)
+        return kind.model_validate(entry, context=context)
     except ValidationError as error:
-        problems = "; ".join(messages(error))
+        problems = "; ".join(messages(error, kind))
         raise InputError(f".observed '{what}': {problems}") from None
 
 
@@ -203,7 +204,13 @@ class CalibrationPlan(Part):
         return self
 
     def to_toml(self) -> str:
-        """The plan as a file's text."""
+        """The plan as a file's text.
+
+        Returns
+        -------
+        str
+            Which :func:`parse_plan` reads.
+        """
         import tomli_w
 
         return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
@@ -217,6 +224,11 @@ def _check_once(what: str, names: list[str]) -> None:
 
 def parse_plan(text: str, source: str = "plan") -> CalibrationPlan:
     """Read a plan from TOML text; ``source`` names it in messages.
+
+    Returns
+    -------
+    CalibrationPlan
+        Checked.
 
     Raises
     ------
@@ -232,6 +244,11 @@ def parse_plan(text: str, source: str = "plan") -> CalibrationPlan:
 
 def load_plan(path: str | Path) -> CalibrationPlan:
     """Read a plan file; paths of scenarios and tracks in it are relative to the file.
+
+    Returns
+    -------
+    CalibrationPlan
+        Checked, with paths made relative to where the caller is.
 
     Raises
     ------

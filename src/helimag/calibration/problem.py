@@ -105,6 +105,11 @@ class PreparedPlan:
     def scenarios_at(self, values: ArrayLike) -> list[Scenario]:
         """The scenario of each run with the free inputs at values (k,), SI.
 
+        Returns
+        -------
+        list of Scenario
+            In the order of the plan's runs.
+
         Raises
         ------
         InputError
@@ -177,6 +182,11 @@ def changed(scenario: Scenario, frees: Sequence[Free], values: Floats, run: str 
 
 def prepared(plan: CalibrationPlan | str | Path) -> PreparedPlan:
     """Read what a plan names, and check that all of it fits together.
+
+    Returns
+    -------
+    PreparedPlan
+        With the scenarios, tracks and priors read.
 
     Raises
     ------

@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Likelihood = Callable[[Floats], Floats]
 
 SURVIVING = 0.5  # share of the points' weight that a stage keeps
-MOVED = 1.5  # accepted moves a point before the next stage, in the mean
+MOVED = 1.5  # accepted moves a point before the next stage, on average
 LAST_MOVED = 4.0  # and after the last
 MOST_SWEEPS = 40
 WANTED = 0.25  # share of moves that are accepted

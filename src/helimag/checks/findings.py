@@ -58,6 +58,11 @@ def cautions(scenarios: Iterable[Scenario], where: Callable[[int], str] = lambda
         The batch.
     where
         Says which run the n-th is, such as ``"drive.pitch = 12 deg"``.
+
+    Returns
+    -------
+    list of Caution
+        None of what holds.
     """
     failed: dict[str, list[tuple[int, Check]]] = defaultdict(list)
     total = 0

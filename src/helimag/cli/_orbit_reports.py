@@ -167,7 +167,7 @@ def print_flow(name: str, orbit: "Orbit", report: dict[str, Any]) -> None:
         print(f"  not in it     {report['orbits_of_other_sense']} orbits with the nose the other way")
     for error in report["averaging_error"]:
         print(
-            f"  error         {_length(error['mean_m'])} in the mean, {_length(error['worst_m'])} at most, beside a "
+            f"  error         {_length(error['mean_m'])} on average, {_length(error['worst_m'])} at most, beside a "
             f"full run of {error['compared_s']:.0f} s from {_length(error['from_orbit_m'])} off the orbit"
         )
 

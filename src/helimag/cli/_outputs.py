@@ -2,9 +2,9 @@
 
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -16,9 +16,19 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from helimag.plots import Size
+
 OUTPUT = ("--output", "-o")
 Outputs = Annotated[list[Path] | None, Parameter(name=OUTPUT, negative="", consume_multiple=False)]
 Folder = Annotated[Path, Parameter(name=OUTPUT)]
+FigureSize = Annotated[
+    Literal["small", "print", "slide"] | None,
+    Parameter(
+        name="--size",
+        help="Of figures: small (a paper's column, 88 mm), print (its page, 180 mm; if left out) or slide (16:9, with "
+        "large words).",
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -40,6 +50,7 @@ class Format:
 FIGURE = Format((".png", ".svg", ".pdf"), "a figure")
 PAGE = Format((".html",), "an interactive page")
 FILM = Format((".mp4",), "a film")
+CLIP = Format((".mp4", ".avi"), "a clip")
 DATA = Format((".nc",), "the data", also=(".nc4", ".h5"))
 TABLE = Format((".csv",), "a table")
 STORE = Format((".zarr",), "the store", also=("",))
@@ -49,13 +60,16 @@ RIG = Format((".json",), "the rig")
 Writer = Callable[[Path], object]
 
 
-def check_outputs(paths: Sequence[Path] | None, *formats: Format) -> None:
-    """Refuse, before any work, what is none of ``formats`` or cannot be written, and figures without matplotlib.
+def check_outputs(
+    paths: Sequence[Path] | None, *formats: Format, size: FigureSize = None, option: str = "--output"
+) -> None:
+    """Refuse, before any work, what is none of ``formats`` or cannot be written, figures without matplotlib, and films
+    without PyAV; ``option`` is what named the paths.
 
     Raises
     ------
     InputError
-        Where a suffix is none of those, or a file is named twice.
+        Where a suffix is none of those, a file is named twice, or a size is asked for and no figure.
     FileError
         Where a file could not be written.
     MissingExtra
@@ -63,15 +77,20 @@ def check_outputs(paths: Sequence[Path] | None, *formats: Format) -> None:
     """
     for path in paths or ():
         if not any(format.fits(path) for format in formats):
-            raise InputError(f"--output must end in {' or '.join(map(str, formats))}; got '{path}'")
+            raise InputError(f"{option} must end in {' or '.join(map(str, formats))}; got '{path}'")
         if STORE.fits(path):
             check_folder(path)
         else:
             check_target(path)
     if len(set(paths or ())) < len(paths or ()):
-        raise InputError(f"--output names '{_repeated(paths or ())}' twice")
+        raise InputError(f"{option} names '{_repeated(paths or ())}' twice")
+    if size is not None and not any(FIGURE.fits(path) for path in paths or ()):
+        raise InputError(f"--size is for figures: --output must name one, {FIGURE}; or leave --size out")
     if any(FIGURE.fits(path) or FILM.fits(path) or PAGE.fits(path) for path in paths or ()):
-        import helimag.plots  # noqa: F401
+        from helimag import plots
+
+        if any(FILM.fits(path) for path in paths or ()):
+            plots.check_filming()
 
 
 def _repeated(paths: Iterable[Path]) -> Path:
@@ -136,25 +155,30 @@ def _check_takes_files(folder: Path, path: Path) -> None:
         raise FileError(f"{path} cannot be written: {error.strerror}") from None
 
 
-def write_outputs(paths: Sequence[Path] | None, writers: Mapping[Format, Writer]) -> None:
-    """Write each path with the writer of its format."""
+def write_outputs(paths: Sequence[Path] | None, writers: Mapping[Format, Writer], *, size: FigureSize = None) -> None:
+    """Write each path with the writer of its format, figures in a size."""
     for path in paths or ():
-        next(write for format, write in writers.items() if format.fits(path))(path)
+        write = next(write for format, write in writers.items() if format.fits(path))
+        if isinstance(write, Drawing):
+            write(path, size or "print")
+        else:
+            write(path)
 
 
-def drawn(draw: "Callable[[ModuleType], Figure]") -> Writer:
+@dataclass(frozen=True)
+class Drawing:
     """A writer of figures, which draws once with :mod:`helimag.plots`, however many files there are."""
-    made: list[Figure] = []
 
-    def write(path: Path) -> None:
+    draw: "Callable[[ModuleType, Size], Figure]"
+    made: "list[Figure]" = field(default_factory=list)
+
+    def __call__(self, path: Path, size: "Size" = "print") -> None:
         from helimag import plots
 
-        if not made:
-            made.append(draw(plots))
-        plots.save(made[0], path)
-        made[0].set_layout_engine("none")  # laid out once: every file shows the same
-
-    return write
+        if not self.made:
+            self.made.append(self.draw(plots, size))
+        plots.save(self.made[0], path)
+        self.made[0].set_layout_engine("none")  # laid out once: every file shows the same
 
 
 def stored(dataset: "Callable[[], xarray.Dataset]") -> Writer:

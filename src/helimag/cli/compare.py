@@ -4,7 +4,16 @@ from pathlib import Path
 from typing import Literal
 
 from helimag.cli._common import PLAIN, Common
-from helimag.cli._outputs import FIGURE, Outputs, check_outputs, drawn, files_report, print_files, write_outputs
+from helimag.cli._outputs import (
+    FIGURE,
+    Drawing,
+    FigureSize,
+    Outputs,
+    check_outputs,
+    files_report,
+    print_files,
+    write_outputs,
+)
 from helimag.cli._shared import print_json
 
 
@@ -14,6 +23,7 @@ def compare(
     *,
     align: Literal["fit", "start", "none"] = "fit",
     output: Outputs = None,
+    size: FigureSize = None,
     common: Common = PLAIN,
 ) -> None:
     """Compare a measured run with a simulated one: difference with uncertainty, gain and verdict side by side.
@@ -33,9 +43,11 @@ def compare(
     from helimag.runs import Trajectory, interval_text
     from helimag.runs import compare as lay_side_by_side
 
-    check_outputs(output, FIGURE)
+    check_outputs(output, FIGURE, size=size)
     comparison = lay_side_by_side(Trajectory.load(measured), Trajectory.load(simulated), align=align)
-    write_outputs(output, {FIGURE: drawn(lambda plots: plots.draw_comparison(comparison))})
+    write_outputs(
+        output, {FIGURE: Drawing(lambda plots, size: plots.draw_comparison(comparison, size=size))}, size=size
+    )
     numbers = comparison.numbers
     if common.json:
         print_json(numbers | files_report(output))

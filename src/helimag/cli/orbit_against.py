@@ -8,9 +8,10 @@ from helimag.cli._common import PLAIN, Common
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
+    Drawing,
+    FigureSize,
     Outputs,
     check_outputs,
-    drawn,
     files_report,
     print_files,
     stored,
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from helimag.sweeps import Nodes, ResolvedAxis
 
 
-def against(store: Path, *, output: Outputs = None, common: Common = PLAIN) -> None:
+def against(store: Path, *, output: Outputs = None, size: FigureSize = None, common: Common = PLAIN) -> None:
     """Set the verdicts of a sweep beside the orbits of its inputs, and explain each that does not agree.
 
     Parameters
@@ -33,7 +34,7 @@ def against(store: Path, *, output: Outputs = None, common: Common = PLAIN) -> N
     output
         Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.
     """
-    check_outputs(output, FIGURE, DATA)
+    check_outputs(output, FIGURE, DATA, size=size)
     from helimag import orbits
     from helimag.sweeps import load_sweep, nodes_of
 
@@ -47,9 +48,10 @@ def against(store: Path, *, output: Outputs = None, common: Common = PLAIN) -> N
         write_outputs(
             output,
             {
-                FIGURE: drawn(lambda plots: plots.draw_sweep(dataset, curves=curves)),
+                FIGURE: Drawing(lambda plots, size: plots.draw_sweep(dataset, curves=curves, size=size)),
                 DATA: stored(lambda: orbits.comparison_dataset(result, base, _inputs(nodes), nodes.dimensions)),
             },
+            size=size,
         )
     if common.json:
         print_json(_report(nodes, result) | files_report(output))

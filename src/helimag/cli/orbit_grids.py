@@ -9,9 +9,10 @@ from helimag.cli._orbit_reports import flow_report, print_basin, print_flow, pri
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
+    Drawing,
+    FigureSize,
     Outputs,
     check_outputs,
-    drawn,
     files_report,
     print_files,
     stored,
@@ -56,6 +57,7 @@ def map_(
     changes: Changes = None,
     nodes: int = 40,
     output: Outputs = None,
+    size: FigureSize = None,
     common: Common = PLAIN,
 ) -> None:
     """Map where an orbit is stable over two inputs, with the exact boundary.
@@ -70,7 +72,7 @@ def map_(
     if len(vary) != 2:
         raise InputError(f"--vary must be given twice, with two inputs and their ranges; got {len(vary)}")
     _at_least("--nodes", nodes, 2)
-    check_outputs(output, FIGURE, DATA)
+    check_outputs(output, FIGURE, DATA, size=size)
     import numpy as np
 
     from helimag import orbits
@@ -88,9 +90,10 @@ def map_(
     write_outputs(
         output,
         {
-            FIGURE: drawn(lambda plots: plots.draw_stability(result, curves)),
+            FIGURE: Drawing(lambda plots, size: plots.draw_stability(result, curves, size=size)),
             DATA: stored(lambda: orbits.map_dataset(result, curves)),
         },
+        size=size,
     )
     print_map(result, curves, output, common.json)
 
@@ -102,6 +105,7 @@ def flow(
     box: Box = None,
     nodes: int = 13,
     output: Outputs = None,
+    size: FigureSize = None,
     common: Common = PLAIN,
 ) -> None:
     """Work out the slow flow around an orbit: how the device drifts, where it stands still, and how exact that is.
@@ -114,7 +118,7 @@ def flow(
         Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.
     """
     _at_least("--nodes", nodes, 4)
-    check_outputs(output, FIGURE, DATA)
+    check_outputs(output, FIGURE, DATA, size=size)
     from helimag import orbits
 
     chosen = scenario_from(scenario, changes)
@@ -136,9 +140,10 @@ def flow(
     write_outputs(
         output,
         {
-            FIGURE: drawn(lambda plots: plots.draw_flow(result, orbit, caught, fixed_points=points)),
+            FIGURE: Drawing(lambda plots, size: plots.draw_flow(result, orbit, caught, fixed_points=points, size=size)),
             DATA: stored(lambda: orbits.flow_dataset(result, orbit, pairs, caught)),
         },
+        size=size,
     )
     report = flow_report(result, orbit, pairs, len(listed), errors)
     if common.json:
@@ -159,6 +164,7 @@ def basin(
     duration: str | None = None,
     check: int = 60,
     output: Outputs = None,
+    size: FigureSize = None,
     common: Common = PLAIN,
 ) -> None:
     """Find from which places a device that is released comes to the stable orbit: volume, tally and picture.
@@ -182,7 +188,7 @@ def basin(
     starts = DEFAULT_STARTS[engine] if nodes is None else nodes
     _at_least("--nodes", starts, 2)
     _at_least("--check", check, 1)
-    check_outputs(output, FIGURE, DATA)
+    check_outputs(output, FIGURE, DATA, size=size)
     if engine == "averaged" and attitude != "settled":
         raise InputError("--attitude released needs full runs: the averaged model knows settled attitudes only")
     from helimag import orbits
@@ -214,9 +220,10 @@ def basin(
     write_outputs(
         output,
         {
-            FIGURE: drawn(lambda plots: plots.draw_basin(caught)),
+            FIGURE: Drawing(lambda plots, size: plots.draw_basin(caught, size=size)),
             DATA: stored(lambda: orbits.basin_dataset(caught, compared)),
         },
+        size=size,
     )
     print_basin(caught, compared, (low, high), output, common.json)
 

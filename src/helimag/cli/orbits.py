@@ -8,11 +8,12 @@ from cyclopts import App, Parameter
 from helimag.cli import orbit_against, orbit_grids, proofs
 from helimag.cli._common import PLAIN, Common
 from helimag.cli._found_orbits import print_branches, print_orbit, print_orbits
-from helimag.cli._outputs import DATA, FIGURE, Outputs, check_outputs, drawn, stored, write_outputs
+from helimag.cli._outputs import DATA, FIGURE, Drawing, FigureSize, Outputs, check_outputs, stored, write_outputs
 from helimag.cli._shared import Changes, ScenarioName, print_warnings, progress_bar, scenario_from
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
+    from helimag.cli._outputs import Format, Writer
     from helimag.orbits import Branch, Orbit
     from helimag.scenario import Scenario
 
@@ -37,6 +38,7 @@ def orbit(
     tolerance: Annotated[bool, Parameter(negative="")] = False,
     certificate: Path | None = None,
     output: Outputs = None,
+    size: FigureSize = None,
     common: Common = PLAIN,
 ) -> None:
     """Find the orbit that a run settles on, whether it is stable, and over which inputs.
@@ -61,7 +63,7 @@ def orbit(
         Write a figure (.png, .svg, .pdf) or the data (.nc) of what was found to this file. May be repeated.
     """
     _check_options(every, vary, start, stop)
-    check_outputs(output, FIGURE, DATA)
+    check_outputs(output, FIGURE, DATA, size=size)
     proofs.check_options(prove, certificate, tolerance, every or vary is not None)
     from helimag import orbits
 
@@ -74,7 +76,7 @@ def orbit(
             found = orbits.list_orbits(chosen, progress=progress)
         warnings = _warnings(chosen, [])
         print_warnings(warnings)
-        print_orbits(chosen, found, _write_orbits(output, found), warnings, common.json)
+        print_orbits(chosen, found, _write_orbits(output, found, size), warnings, common.json)
         if not found and not common.json:
             print(f"  {orbits.find_orbit(chosen).text}")
         return
@@ -88,7 +90,7 @@ def orbit(
         if proof is not None and tolerance:
             with progress_bar("proving a box of inputs") as progress:
                 box = proofs.tolerated(proof, certificate, progress)
-        files = _write_orbits(output, [result] if result.found else [])
+        files = _write_orbits(output, [result] if result.found else [], size)
         print_orbit(result, files, warnings, common.json, proof, box)
         return
     with progress_bar(f"following orbits through {vary}") as progress:
@@ -96,19 +98,22 @@ def orbit(
         result = orbits.find_orbit(chosen, progress=watch.part(0.0, 0.1))
         branches = orbits.all_branches(result, vary, *limits, progress=watch.part(0.1, 1.0))
     files = (output or []) if branches else []
-    write_outputs(
-        files,
-        {
-            FIGURE: drawn(lambda plots: plots.draw_branches(branches)),
-            DATA: stored(lambda: orbits.branches_dataset(branches)),
-        },
-    )
+    write_outputs(files, _branch_writers(branches), size=size)
     warnings = _warnings(chosen, branches)
     print_warnings(warnings)
     print_branches(result, vary, branches, files, warnings, common.json)
 
 
-def _write_orbits(output: list[Path] | None, found: "list[Orbit]") -> list[Path]:
+def _branch_writers(branches: "list[Branch]") -> "dict[Format, Writer]":
+    from helimag import orbits
+
+    return {
+        FIGURE: Drawing(lambda plots, size: plots.draw_branches(branches, size=size)),
+        DATA: stored(lambda: orbits.branches_dataset(branches)),
+    }
+
+
+def _write_orbits(output: list[Path] | None, found: "list[Orbit]", size: FigureSize) -> list[Path]:
     """Draw or store orbits; the files written, none where there is no orbit."""
     from helimag import orbits
 
@@ -116,9 +121,10 @@ def _write_orbits(output: list[Path] | None, found: "list[Orbit]") -> list[Path]
     write_outputs(
         files,
         {
-            FIGURE: drawn(lambda plots: plots.draw_orbits(found)),
+            FIGURE: Drawing(lambda plots, size: plots.draw_orbits(found, size=size)),
             DATA: stored(lambda: orbits.orbits_dataset(found)),
         },
+        size=size,
     )
     return files
 

@@ -12,12 +12,13 @@ from helimag.cli._outputs import (
     FILM,
     OUTPUT,
     PAGE,
+    Drawing,
+    FigureSize,
     Format,
     Outputs,
     Writer,
     check_folder,
     check_outputs,
-    drawn,
     files_report,
     print_files,
     write_outputs,
@@ -28,8 +29,7 @@ from helimag.cli.sweeps import sweep_writers
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+    from helimag.plots import Size
     from helimag.reproduce import Fig4, Reproduction
 
 MAKERS = "simulate, robot replay, vision, orbit, sweep, calibrate or robot program"
@@ -39,6 +39,7 @@ def plot(
     file: Path,
     *,
     output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--animate"])] = None,
+    size: FigureSize = None,
     common: Common = PLAIN,
 ) -> None:
     """Draw what another command wrote: a run, a sweep, orbits, a map, a flow, a basin, a calibration, a robot's path.
@@ -53,14 +54,14 @@ def plot(
         (.mp4). May be repeated. Left out: a .png beside the file, with its name.
     """
     output = output or [(file if file.name else file.resolve()).with_suffix(".png")]
-    check_outputs(output, FIGURE, PAGE, FILM)
+    check_outputs(output, FIGURE, PAGE, FILM, size=size)
     what, writers = _opened(file)
     for path in output:
         if not any(format.fits(path) for format in writers):
             known = " or ".join(str(format) for format in writers if format in (FIGURE, PAGE, FILM))
             raise InputError(f"--output must end in {known} for {what}; got '{path}'")
     with progress_bar(f"drawing {file.name}"):
-        write_outputs(output, writers)
+        write_outputs(output, writers, size=size)
     if common.json:
         print_json({"drawn": str(file), "as": what} | files_report(output))
         return
@@ -78,7 +79,7 @@ def _opened(path: Path) -> tuple[str, dict[Format, Writer]]:
         from helimag.robot import read_timed
 
         table = read_timed(path)
-        return "a robot's path", {FIGURE: drawn(lambda plots: plots.draw_timed(table, path.stem))}
+        return "a robot's path", {FIGURE: Drawing(lambda plots, size: plots.draw_timed(table, path.stem, size=size))}
     if path.suffix.lower() in (".json", ".toml", ".mp4", ".src"):
         raise InputError(f"{path} holds nothing to draw: plot draws what {MAKERS} wrote")
     return _opened_netcdf(path)
@@ -92,7 +93,7 @@ def _opened_netcdf(path: Path) -> tuple[str, dict[Format, Writer]]:
 
     if is_fit(path):
         fit = Posterior.load(path)
-        return "a calibration", {FIGURE: drawn(lambda plots: plots.draw_fit(fit))}
+        return "a calibration", {FIGURE: Drawing(lambda plots, size: plots.draw_fit(fit, size=size))}
     dataset = read_netcdf(path)
     if "plan" in dataset.attrs:
         from helimag.sweeps import swept_in
@@ -117,17 +118,14 @@ def _known(path: Path, dataset: Any) -> Writer:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
-    def draw(plots: Any) -> "Figure":
-        figure: Figure = plots.draw_known(known)
-        return figure
-
-    return drawn(draw)
+    return Drawing(lambda plots, size: plots.draw_known(known, size=size))
 
 
 def reproduce(
     what: Literal["fig3", "fig4", "fig5", "table1"],
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    size: FigureSize = None,
     common: Common = PLAIN,
 ) -> None:
     """Compute a figure or table of the paper and print it beside the published values.
@@ -143,10 +141,12 @@ def reproduce(
         raise InputError("--output must name a folder for fig4: its sweeps take minutes and go on there if interrupted")
     if output is not None:
         check_folder(output)
+    elif size is not None:
+        raise InputError("--size is for figures: --output must name a folder for them; or leave --size out")
     from helimag.reproduce import Fig4
 
     with tempfile.TemporaryDirectory() as idle:
-        made = _reproduced(what, Path(idle) if output is None else output)
+        made = _reproduced(what, Path(idle) if output is None else output, size or "print")
     files = [] if output is None else made.files
     if common.json:
         told = {"trends": made.trends} if isinstance(made, Fig4) else {"comparison": made.comparison}
@@ -156,10 +156,10 @@ def reproduce(
     print_files(files)
 
 
-def _reproduced(what: str, folder: Path) -> "Reproduction | Fig4":
+def _reproduced(what: str, folder: Path, size: "Size") -> "Reproduction | Fig4":
     from helimag import reproduce as book
 
     with progress_bar(f"reproducing {what}") as progress:
         if what == "fig4":
-            return book.fig4(folder, progress=progress)
-        return {"fig3": book.fig3, "fig5": book.fig5, "table1": book.table1}[what](folder, progress=progress)
+            return book.fig4(folder, size=size, progress=progress)
+        return {"fig3": book.fig3, "fig5": book.fig5, "table1": book.table1}[what](folder, size=size, progress=progress)

@@ -12,6 +12,7 @@ from helimag.cli._outputs import (
     FIGURE,
     FILM,
     OUTPUT,
+    FigureSize,
     Folder,
     Outputs,
     check_folder,
@@ -55,6 +56,7 @@ def check(
     cell: CellFile = None,
     unwind: Unwind = False,
     output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--figure"])] = None,
+    size: FigureSize = None,
     common: Common = PLAIN,
 ) -> None:
     """Report whether the arm can take the magnet along a scenario's path; exit status 1 where it cannot, and why.
@@ -65,7 +67,7 @@ def check(
         Write a figure (.png, .svg, .pdf) of joints and limits over time to this file, and one of the cell beside it,
         named with -cell. May be repeated.
     """
-    check_outputs(output, FIGURE)
+    check_outputs(output, FIGURE, size=size)
     from helimag import robot
 
     plan = _plan(scenario_from(scenario, changes), cell, unwind)
@@ -73,7 +75,7 @@ def check(
     other = None if unwind else robot.with_unwinding(plan)
     if other is not None:
         found["with_unwinding"] = other
-    files = [path for target in output or [] for path in _draw(plan, target)]
+    files = [path for target in output or [] for path in _draw(plan, target, size)]
     if common.json:
         print_json(found | files_report(files))
     else:
@@ -175,6 +177,7 @@ def replay(
     changes: Changes = None,
     cell: CellFile = None,
     output: Outputs = None,
+    size: FigureSize = None,
     common: Common = PLAIN,
 ) -> None:
     """Simulate what the device would have done under what the arm really did.
@@ -186,13 +189,13 @@ def replay(
     output
         Write the trajectory (.nc), a figure (.png, .svg, .pdf) or a film (.mp4) to this file. May be repeated.
     """
-    check_outputs(output, DATA, FIGURE, FILM)
+    check_outputs(output, DATA, FIGURE, FILM, size=size)
     from helimag import robot
 
     chosen = scenario_from(scenario, changes)
     run = _simulated(robot.replayed(chosen, _log(log, chosen, cell), log.name))
     planned = _simulated(chosen)
-    write_outputs(output, run_writers(run))
+    write_outputs(output, run_writers(run), size=size)
     if common.json:
         print_json({"replayed": judged(run), "planned": judged(planned)} | files_report(output))
         return
@@ -273,7 +276,7 @@ def _log(path: Path, scenario: "Scenario", cell: Path | None) -> Any:
     return robot.read_log(path, chosen)
 
 
-def _draw(plan: "ArmPlan", target: Path) -> list[Path]:
+def _draw(plan: "ArmPlan", target: Path, size: FigureSize) -> list[Path]:
     from helimag import plots
 
-    return plots.save_plan(plan, target)
+    return plots.save_plan(plan, target, size=size or "print")

@@ -7,14 +7,15 @@ from cyclopts import App, Parameter
 
 from helimag.cli._common import PLAIN, Common
 from helimag.cli._outputs import (
+    CLIP,
     DATA,
     FIGURE,
     RIG,
+    FigureSize,
     Folder,
     Outputs,
     check_folder,
     check_outputs,
-    check_target,
     files_report,
     print_files,
     write_outputs,
@@ -170,6 +171,7 @@ def track(
     gap: str | None = None,
     scenario: str | None = None,
     output: Outputs = None,
+    size: FigureSize = None,
     rate: float | None = None,
     clock_offset: str | None = None,
     review: Path | None = None,
@@ -196,14 +198,17 @@ def track(
     clock_offset
         How far the second clock is ahead. Default: found from the films.
     review
-        Clip to write: both views with the track drawn on, and the path in space.
+        Clip to write (.mp4, .avi): both views with the track drawn on, and the path in space.
     """
     from helimag import quantities as q
     from helimag import vision
 
-    check_outputs(output, DATA, FIGURE)
-    if review is not None:
-        check_target(review)
+    check_outputs(output, DATA, FIGURE, size=size)
+    clips = [] if review is None else [review]
+    check_outputs(clips, CLIP, option="--review")
+    for film in (first, second):
+        if review is not None and review.resolve() == film.resolve():
+            raise InputError(f"--review must not be one of the films; got '{review}'")
     gap_length, shape, toml = _known(gap, scenario)
     calibrated = vision.Rig.load(rig)
     with progress_bar("tracking") as progress:
@@ -219,15 +224,15 @@ def track(
             name=output[0].stem if output else f"{first.stem} and {second.stem}",
             progress=progress,
         )
-    _write(run, output)
+    _write(run, output, size)
     if review is not None:
         with progress_bar("drawing the clip") as progress:
             vision.review(run, first, second, calibrated, review, shape=shape, rate=rate, progress=progress)
-    _tell(run, output, common.json, [] if review is None else [review])
+    _tell(run, output, common.json, clips)
 
 
 @app.command(name="import")
-def import_(track: Path, *, gap: str, output: Outputs = None, common: Common = PLAIN) -> None:
+def import_(track: Path, *, gap: str, output: Outputs = None, size: FigureSize = None, common: Common = PLAIN) -> None:
     """Make a trajectory of a track from another tool, and judge it.
 
     Parameters
@@ -243,9 +248,9 @@ def import_(track: Path, *, gap: str, output: Outputs = None, common: Common = P
     from helimag import quantities as q
     from helimag.runs.imported import import_track
 
-    check_outputs(output, DATA, FIGURE)
+    check_outputs(output, DATA, FIGURE, size=size)
     run = import_track(track, initial_gap=q.parse(gap, q.LENGTH))
-    _write(run, output)
+    _write(run, output, size)
     if not common.json:
         print(run.dataset.attrs["source"])
     _tell(run, output, common.json)
@@ -268,10 +273,10 @@ def _known(gap: str | None, scenario: str | None) -> tuple[float, Any, str | Non
     return length, Shape.of(known.device), known.to_toml()
 
 
-def _write(run: "Trajectory", output: list[Path] | None) -> None:
+def _write(run: "Trajectory", output: list[Path] | None, size: FigureSize) -> None:
     from helimag.cli.runs import run_writers
 
-    write_outputs(output, run_writers(run))
+    write_outputs(output, run_writers(run), size=size)
 
 
 def _tell(run: "Trajectory", output: list[Path] | None, json: bool, beside: list[Path] | None = None) -> None:

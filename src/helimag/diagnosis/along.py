@@ -50,6 +50,11 @@ def forces_along(scenario: Scenario, time: Floats, position: Floats, nose: Float
         That was run.
     time, position, nose
         (n,) s, (n, 3) m of the head, (n, 3) unit vector to the head.
+
+    Returns
+    -------
+    Forces
+        Lab frame, SI, one row an instant.
     """
     poses = magnet_motion(scenario.drive)(time)
     away = position - poses.position

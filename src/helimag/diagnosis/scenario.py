@@ -89,6 +89,11 @@ class Diagnosis:
 def diagnose(scenario: Scenario) -> Diagnosis:
     """Explain a scenario from its start, without running it.
 
+    Returns
+    -------
+    Diagnosis
+        SI; for people by ``as_text``, for machines by ``as_json``.
+
     Raises
     ------
     InputError

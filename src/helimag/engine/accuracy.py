@@ -12,7 +12,7 @@ import numpy as np
 
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
-from helimag.engine.methods import DOP853, Method
+from helimag.engine.methods import MULTIREVOLUTION, Method
 from helimag.engine.running import advance
 
 FINER = 1.0 / 30.0  # of the tolerance
@@ -75,7 +75,7 @@ def accuracy_of(
     history: History,
     *,
     tolerance: float = TOLERANCE,
-    method: Method = DOP853,
+    method: Method = MULTIREVOLUTION,
     device: str = "cpu",
     progress: Callable[[float], None] | None = None,
 ) -> Accuracy:

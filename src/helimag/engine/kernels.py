@@ -43,7 +43,9 @@ def ready(build: Callable[[], wp.Kernel], device: str) -> wp.Kernel:
         with MAKING:
             kernel = build()
             with announced(COMPILING, log=f"a kernel of {kernel.module.name} made ready for {device}"):
-                kernel.module.load(target)
+                # as a launch will ask for it; the module's own load compiles for blocks of 256 threads, which none on a
+                # CPU has, and each launch would compile again, out of this lock
+                wp.force_load(target, modules=[kernel.module], max_workers=0)
     except OSError as error:
         place = wp.config.kernel_cache_dir
         raise FileError(

@@ -37,6 +37,11 @@ NO_NOISE = Noise()
 def noise_of(scenario: Scenario, inputs: Mapping[str, str], displacement: float, where: str) -> Noise:
     """Errors given as text with units, such as ``{"drive.pitch": "0.2 deg"}``; ``where`` names them in messages.
 
+    Returns
+    -------
+    Noise
+        Standard deviations by path, SI.
+
     Raises
     ------
     InputError
@@ -92,18 +97,33 @@ class Devices:
         return told.hexdigest()
 
     def check_apart_from(self, paths: Sequence[str], what: str) -> None:
-        """Raise InputError where one of the uncertain inputs is also varied; ``what`` says as what."""
+        """Raise InputError where an uncertain input, or another one of the device, is varied; ``what`` says as what."""
         for path in paths:
             if path in self.inputs:
                 raise InputError(f"'{path}' is {what}, but the calibration decides it: leave it out of one of them")
+            if path.startswith("device."):
+                raise InputError(
+                    f"'{path}' is {what}, but the calibration is of one device and says nothing of others: leave it out"
+                )
         check_apart(dict.fromkeys((*self.inputs, *paths)))
 
     def nominal(self, scenario: Scenario) -> Scenario:
-        """A scenario with the likeliest device, without errors."""
+        """A scenario with the likeliest device, without errors.
+
+        Returns
+        -------
+        Scenario
+            A copy.
+        """
         return self._with(scenario, self.best)
 
     def copy(self, scenario: Scenario, place: int) -> tuple[Scenario, Floats]:
         """A scenario with one of the devices and the errors of its run, and the state (7,) that it begins in.
+
+        Returns
+        -------
+        tuple of Scenario and ndarray
+            What to run, and the state (7,) to begin in.
 
         Raises
         ------
@@ -114,7 +134,13 @@ class Devices:
         return self.noise.drawn(self._with(scenario, self.values[place]), random)
 
     def copies(self, scenario: Scenario) -> Copies:
-        """A scenario with each of the devices, as :meth:`copy`."""
+        """A scenario with each of the devices, as :meth:`copy`.
+
+        Returns
+        -------
+        Copies
+            As many as devices.
+        """
         scenarios, states = zip(*(self.copy(scenario, place) for place in range(len(self))), strict=True)
         return Copies(scenarios, np.array(states))
 

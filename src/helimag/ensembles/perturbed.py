@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine import TOLERANCE, History, advance, start_state
+from helimag.engine import DEFAULT, TOLERANCE, History, advance, method_named, start_state
 from helimag.errors import InputError, RunError
 from helimag.outcomes import End, Verdict
 from helimag.runs import Judgement
@@ -52,6 +52,11 @@ class Perturbation:
         ----------
         start
             (7,): head position (m) and quaternion that all are displaced from; default where each copy begins.
+
+        Returns
+        -------
+        Copies
+            Scenarios with their states.
 
         Raises
         ------
@@ -165,6 +170,7 @@ def ensemble(
     runs: int = RUNS,
     seed: int = 0,
     tolerance: float = TOLERANCE,
+    method: str = DEFAULT,
     device: str = "cpu",
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -183,6 +189,8 @@ def ensemble(
         Of the draws: the same seed draws the same copies.
     tolerance
         Of one step, see :func:`helimag.engine.advance`.
+    method
+        As for :func:`helimag.simulate`.
     device
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     threads
@@ -208,6 +216,7 @@ def ensemble(
         runs=runs,
         seed=seed,
         tolerance=tolerance,
+        method=method_named(method),
         device=device,
         threads=threads,
         progress=progress,
@@ -218,7 +227,13 @@ def ensemble(
 def ensembles(
     scenarios: Sequence[Scenario], perturbation: Perturbation, *, runs: int = RUNS, seed: int = 0, **engine: Any
 ) -> list[Ensemble]:
-    """As :func:`ensemble`, for several scenarios in one batch, their copies drawn one scenario after the other."""
+    """As :func:`ensemble`, for several scenarios in one batch, their copies drawn one scenario after the other.
+
+    Returns
+    -------
+    list of Ensemble
+        In the order of the scenarios.
+    """
     if runs < 1:
         raise InputError(f"an ensemble must have at least one copy; got {runs}")
     random = np.random.default_rng(seed)
@@ -237,6 +252,11 @@ def ensembles(
 def finished(histories: Sequence[History]) -> Sequence[History]:
     """The histories, none of which broke down.
 
+    Returns
+    -------
+    sequence of History
+        As given.
+
     Raises
     ------
     RunError
@@ -251,6 +271,11 @@ def finished(histories: Sequence[History]) -> Sequence[History]:
 
 def tally(copies: Copies, **engine: Any) -> Counter[Verdict]:
     """Run copies and count their verdicts.
+
+    Returns
+    -------
+    collections.Counter
+        How many copies have each verdict.
 
     Raises
     ------

@@ -7,6 +7,11 @@ from numpy.typing import NDArray
 def mobility(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Inverse of a resistance, through scaling that keeps metres and radians from spoiling its condition.
 
+    Returns
+    -------
+    ndarray
+        (6, 6), SI, translation first.
+
     Examples
     --------
     >>> import numpy as np

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
 from helimag.calibration import Posterior, shown_unit
-from helimag.plots._style import BLUE, DARK, FULL_WIDTH, GREY, MM, PALE, VERMILLION, styled
+from helimag.plots._style import BLUE, DARK, GREY, MM, PALE, VERMILLION, Sheet, Size, head, styled
 
 Floats = NDArray[np.float64]
 
@@ -17,34 +17,41 @@ MOST_SAMPLES = 500  # dots in a pair's panel
 WIDEST = 6.0  # standard deviations of the data that the bands' axis reaches at most
 
 
-def draw_fit(fit: Posterior) -> Figure:
+def draw_fit(fit: Posterior, *, size: Size = "print") -> Figure:
     """Draw a posterior.
 
     Parameters
     ----------
     fit
         As :func:`helimag.calibration.calibrate` gives it.
+    size
+        "small", where what is said to be right is below; "print", or "slide".
 
     Returns
     -------
     Figure
-        Left: histograms of each free input, behind them what they share with its prior's 5 to 95 %, and samples of each
-        pair, the best marked.
+        88, 180 or 160 mm wide. Left: histograms of each free input, behind them what they share with its prior's 5 to
+        95 %, and samples of each pair, the best marked.
         Right: what each observation would be in the runs of the posterior, less what was observed, in standard
         deviations of the data.
     """
     labels = list(dict.fromkeys(fit.labels))
     inputs = len(fit.names)
-    height = max(25.0 * MM * (inputs + 0.6), 22.0 * MM + ROW * len(labels))
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, height), layout="constrained")
-        grid = figure.add_gridspec(1, 2, width_ratios=(1.7, 1.0))
-        _draw_pairs(figure.add_subfigure(grid[0, 0]), fit)
-        _draw_bands(figure.add_subfigure(grid[0, 1]).subplots(), fit, labels)
+    pairs, bands = 25.0 * MM * (inputs + 0.6), 22.0 * MM + ROW * len(labels)
+    with styled(size) as sheet:
+        if sheet.narrow:
+            figure = sheet.figure(pairs + bands)
+            grid = figure.add_gridspec(2, 1, height_ratios=(pairs, bands))
+        else:
+            figure = sheet.figure(max(pairs, bands))
+            grid = figure.add_gridspec(1, 2, width_ratios=(1.7, 1.0))
+        left, right = (figure.add_subfigure(part) for part in (grid[0], grid[1]))
+        _draw_pairs(left, fit, sheet)
+        _draw_bands(right.subplots(), fit, labels, sheet)
     return figure
 
 
-def _draw_pairs(figure: SubFigure, fit: Posterior) -> None:
+def _draw_pairs(figure: SubFigure, fit: Posterior, sheet: Sheet) -> None:
     count = len(fit.names)
     panels = np.atleast_2d(figure.subplots(count, count, squeeze=False))
     scaled, prior = fit.samples.copy(), fit.prior.copy()
@@ -68,7 +75,8 @@ def _draw_pairs(figure: SubFigure, fit: Posterior) -> None:
             if column <= row:
                 panel.set_xlim(*_range(scaled[:, column]))
                 _label(panel, titles, row, column, count)
-    figure.suptitle(f"{fit.plan.name}: posterior (blue), 5 to 95 % of the prior (grey), best (red)", fontsize=7)
+    title = f"{fit.plan.name}: posterior (blue), 5 to 95 % of the prior (grey), best (red)"
+    head(figure, title, fontsize=sheet.points(7.0))
 
 
 def _draw_one(panel: Axes, values: Floats, prior: Floats, best: float) -> None:
@@ -104,7 +112,7 @@ def _short(name: str) -> str:
     return " ".join(parts[-2:] if len(parts[-1]) == 1 else parts[-1:]).replace("_", " ")
 
 
-def _draw_bands(panel: Axes, fit: Posterior, labels: list[str]) -> None:
+def _draw_bands(panel: Axes, fit: Posterior, labels: list[str], sheet: Sheet) -> None:
     off = fit.off
     own = np.array(fit.labels)
     panel.axvspan(-1.0, 1.0, color=PALE, lw=0)
@@ -116,9 +124,9 @@ def _draw_bands(panel: Axes, fit: Posterior, labels: list[str]) -> None:
         panel.plot(middle, place, "o", color=DARK, ms=3.0)
         if part.shape[1] == 1:
             panel.plot(np.clip(part[fit.place, 0], -WIDEST, WIDEST), place, "+", color=VERMILLION, ms=6.0)
-    panel.set_title("90 % of them (blue),\nmiddle (dot), best (red)", fontsize=7)
+    panel.set_title("90 % of them (blue),\nmiddle (dot), best (red)", fontsize=sheet.points(7.0))
     panel.set_yticks(range(len(labels)), labels)
     panel.set_ylim(len(labels) - 0.5, -0.5)
     reach = 1.15 * max(2.0, float(np.abs(panel.get_xlim()).max()))
     panel.set_xlim(-min(reach, WIDEST + 0.3), min(reach, WIDEST + 0.3))
-    panel.set_xlabel("runs of the posterior less data\n(sd of the data)")
+    panel.set_xlabel("runs of the posterior\nless data (sd of the data)")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.orbits import BoundaryCurve, Branch, Orbit, StabilityMap
 from helimag.plots._curves import draw_curves
-from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, VERMILLION, styled
+from helimag.plots._style import BLUE, GREY, MM, ORANGE, VERMILLION, Size, fill, head, legend_below, styled
 from helimag.scenario import Input, drive_inputs
 
 Floats = NDArray[np.float64]
@@ -30,27 +30,28 @@ def _axis_name(given: Input, unit: str) -> str:
     return f"{given.name} ({unit})" if unit else given.name
 
 
-def draw_branches(branches: Sequence[Branch]) -> Figure:
+def draw_branches(branches: Sequence[Branch], *, size: Size = "print") -> Figure:
     """Draw branches over one input: height of the orbit and leading rate, stable full, unstable dashed, changes marked.
 
     Returns
     -------
     matplotlib.figure.Figure
-        180 mm wide; heights in mm, rates in 1/s.
+        Heights in mm, rates in 1/s; 88, 180 or 160 mm wide, as ``size`` is "small", "print" or "slide".
     """
     given, scenario = Input(branches[0].path), branches[0].points[0].orbit.scenario
     unit = given.shown(scenario, branches[0].points[0].value)[1]
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 78.0 * MM), layout="constrained")
-        axes = figure.subplots(1, 2)
+    with styled(size) as sheet:
+        figure = sheet.figure((130.0 if sheet.narrow else 78.0) * MM)
+        axes = figure.subplots(2, 1, sharex=True) if sheet.narrow else figure.subplots(1, 2)
         for axis, (label, height) in zip(axes, HEIGHTS.items(), strict=True):
             for branch in branches:
                 _draw_branch(axis, branch, height)
-            axis.set_xlabel(_axis_name(given, unit))
             axis.set_ylabel(label)
+        for axis in axes[1:] if sheet.narrow else axes:
+            axis.set_xlabel(_axis_name(given, unit))
         axes[1].axhline(0.0, color=GREY, linewidth=0.5)
         title = ", ".join(part for part in scenario.title.split(", ") if not part.startswith(f"{given.path} "))
-        figure.suptitle(f"{title}\n{drive_inputs(scenario, without=[given.path])}", fontsize=7.5)
+        head(figure, f"{title}\n{drive_inputs(scenario, without=[given.path])}")
         lines, labels = axes[0].get_legend_handles_labels()
         once = dict(zip(labels, lines, strict=True))
         axes[0].legend(once.values(), once.keys())
@@ -83,18 +84,20 @@ def _stretches(branch: Branch) -> list[tuple[bool, list[tuple[float, Orbit]]]]:
     return [each for each in [*result, (stable, begun)] if len(each[1]) > 1]
 
 
-def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -> Figure:
+def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = (), *, size: Size = "print") -> Figure:
     """Draw where orbits are stable over two inputs: decay time in colour, and the curves where stability ends as lines.
 
     Parameters
     ----------
     curves
         As :func:`helimag.orbits.boundary_of` gives them, over the map's inputs.
+    size
+        "small", "print" or "slide".
 
     Returns
     -------
     matplotlib.figure.Figure
-        120 mm wide.
+        88, 120 or 160 mm wide.
 
     Raises
     ------
@@ -107,8 +110,8 @@ def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -
     scales = [_scale(given, result) for given in inputs]
     first, second = (values * scale for values, (scale, _) in zip(result.values, scales, strict=True))
     decay = np.where(result.stable, -1.0 / np.where(result.stable, result.growth, -1.0), np.nan)
-    with styled():
-        figure = Figure(figsize=(120.0 * MM, 95.0 * MM), layout="constrained")
+    with styled(size) as sheet:
+        figure = sheet.figure(95.0 * MM, share=2.0 / 3.0)
         axis = figure.subplots()
         if result.stable.any():
             image = axis.pcolormesh(first, second, decay.T, cmap="viridis", shading="nearest", norm=_scale_of(decay))
@@ -116,14 +119,15 @@ def draw_stability(result: StabilityMap, curves: Sequence[BoundaryCurve] = ()) -
         else:  # a scale of colours that nothing has would look like a failed drawing
             axis.text(0.5, 0.5, NOWHERE, transform=axis.transAxes, ha="center", va="center")
         told = drive_inputs(result.scenario, without=result.paths)
-        axis.set_title(f"{result.scenario.title}\n{told}", fontsize=7.5)
+        title = axis.set_title("", fontsize=sheet.points(7.5))
+        fill(title, f"{result.scenario.title}\n{told}", 0.85 * figure.bbox.width)
         looks = draw_curves(axis, curves, scales=(scales[0][0], scales[1][0]))
         axis.set_xlim(first[0], first[-1])
         axis.set_ylim(second[0], second[-1])
         axis.set_xlabel(_axis_name(inputs[0], scales[0][1]))
         axis.set_ylabel(_axis_name(inputs[1], scales[1][1]))
         if looks:
-            figure.legend(handles=looks, loc="outside lower center", ncols=4)
+            legend_below(figure, looks, most=4)
     return figure
 
 

@@ -21,7 +21,7 @@ DEVICE = 0.09  # of the box, their length
 MOST_SEGMENTS = 900  # of the coloured line: enough for the eye, and a vector file stays small
 
 
-def draw_path(axes: Axes3D, run: Shown, *, until: float | None = None) -> Line3DCollection:
+def draw_path(axes: Axes3D, run: Shown, *, until: float | None = None, ticks: int = 6) -> Line3DCollection:
     """Draw head and magnet in the lab frame, axes equal (mm).
 
     Parameters
@@ -32,6 +32,8 @@ def draw_path(axes: Axes3D, run: Shown, *, until: float | None = None) -> Line3D
         The run.
     until
         Where the colours of time end (s); default the run's end.
+    ticks
+        About how many numbers stand along the longest side.
 
     Returns
     -------
@@ -39,7 +41,7 @@ def draw_path(axes: Axes3D, run: Shown, *, until: float | None = None) -> Line3D
         The head's path, coloured by time (s), for a colour bar.
     """
     low, high = extent(run)
-    frame_box(axes, low, high)
+    frame_box(axes, low, high, ticks=ticks)
     draw_limits(axes, run, low, high)
     head = run.position[np.isfinite(run.position).all(axis=1)]
     axes.plot(head[:, 0], head[:, 1], low[2], color=PALE, linewidth=0.5, zorder=0)
@@ -131,7 +133,7 @@ def extent(run: Shown, *, around_magnet: float = 0.0) -> tuple[Floats, Floats]:
     return low - grow, high + grow
 
 
-def frame_box(axes: Axes3D, low: Floats, high: Floats) -> None:
+def frame_box(axes: Axes3D, low: Floats, high: Floats, *, ticks: int = 6) -> None:
     """Axes of equal scale with light panes, few ticks, and units."""
     sides = high - low
     tall = sides[2] > 1.3 * max(sides[:2])
@@ -146,7 +148,7 @@ def frame_box(axes: Axes3D, low: Floats, high: Floats) -> None:
     # matplotlib moves labels away from an axis in proportion to the box' other sides: undo that
     stretch = float(mpl.rcParams["font.size"]) / 7.0 * np.linalg.norm(sides) / np.sqrt(np.sum(sides**2) - sides**2)
     for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        axis.set_ticks(_ticks(low[i], high[i], max(2, round(6.0 * sides[i] / sides.max()))))
+        axis.set_ticks(_ticks(low[i], high[i], max(2, round(ticks * sides[i] / sides.max()))))
         axis.set_label_text(f"{'xyz'[i]} (mm)")
         axis.set_pane_color((0.975, 0.975, 0.975, 1.0))
         axis._axinfo["grid"].update(color="#E0E0E0", linewidth=0.4)

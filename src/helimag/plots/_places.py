@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
 from helimag.orbits import Orbit
-from helimag.plots._portraits import draw_magnet, magnet_key
-from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, VERMILLION, styled
+from helimag.plots._portraits import draw_magnet, explain, magnet_key, three_panels
+from helimag.plots._style import BLUE, GREY, VERMILLION, Size, head, styled
 from helimag.scenario import drive_inputs
 
 PLANES = ((0, 2), (0, 1))
@@ -23,23 +23,25 @@ NAMES = {True: "stable orbit", False: "unstable orbit"}
 MARGIN = 0.15  # around orbits and magnet, of their spread
 
 
-def draw_orbits(orbits: Sequence[Orbit]) -> Figure:
+def draw_orbits(orbits: Sequence[Orbit], *, size: Size = "print") -> Figure:
     """Draw orbits of one scenario: side view and plan with the magnet, and Floquet multipliers in the complex plane.
 
     Parameters
     ----------
     orbits
         That were found; at least one.
+    size
+        "small", "print" or "slide".
 
     Returns
     -------
     matplotlib.figure.Figure
-        180 mm wide; mm, moving frame. Stable ones full, others open; a multiplier within the unit circle decays.
+        88, 180 or 160 mm wide; mm, moving frame. Stable ones full, others open; a multiplier within the
+        unit circle decays.
     """
     scenario = orbits[0].scenario
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 80.0 * MM), layout="constrained")
-        axes = figure.subplots(1, 3)
+    with styled(size) as sheet:
+        figure, axes = three_panels(sheet)
         for axis, (i, j) in zip(axes, PLANES, strict=False):
             _draw_places(axis, orbits, i, j)
         _draw_multipliers(axes[2], orbits)
@@ -48,8 +50,8 @@ def draw_orbits(orbits: Sequence[Orbit]) -> Figure:
             Line2D([], [], marker="o", linestyle="none", markersize=4.5, label=NAMES[stable], **LOOKS[stable])
             for stable in kinds
         ]
-        figure.legend(handles=handles + magnet_key(axes[:2]), loc="outside lower center", ncols=4)
-        figure.suptitle(f"{scenario.title}\n{drive_inputs(scenario)}", fontsize=7.5)
+        explain(figure, handles + magnet_key(axes[:2]), most=4)
+        head(figure, f"{scenario.title}\n{drive_inputs(scenario)}")
     return figure
 
 
@@ -78,4 +80,4 @@ def _draw_multipliers(axis: Axes, orbits: Sequence[Orbit]) -> None:
     reach = 1.12 * max(1.0, *(float(np.abs(orbit.multipliers).max()) for orbit in orbits))
     axis.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="real part", ylabel="imaginary part")
     axis.set_aspect("equal")
-    axis.set_title("multipliers of a turn, unit circle")
+    axis.set_title("multipliers of a turn,\nunit circle")

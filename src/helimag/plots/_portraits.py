@@ -17,7 +17,6 @@ from helimag.outcomes import BasinEnd
 from helimag.plots._style import (
     BLUE,
     DARK,
-    FULL_WIDTH,
     GREEN,
     GREY,
     MM,
@@ -28,6 +27,10 @@ from helimag.plots._style import (
     VERMILLION,
     WHITE,
     YELLOW,
+    Sheet,
+    Size,
+    head,
+    legend_below,
     styled,
 )
 from helimag.scenario import Scenario, drive_inputs
@@ -52,7 +55,12 @@ MIDDLE: dict[str, Any] = {"marker": "+", "linestyle": "none"}
 
 
 def draw_flow(
-    flow: SlowFlow, orbit: Orbit, captured: Basin | None = None, *, fixed_points: Sequence[FixedPoint] = ()
+    flow: SlowFlow,
+    orbit: Orbit,
+    captured: Basin | None = None,
+    *,
+    fixed_points: Sequence[FixedPoint] = (),
+    size: Size = "print",
 ) -> Figure:
     """Draw the slow flow in three planes through an orbit: streamlines over speed, and where it stands still.
 
@@ -62,17 +70,18 @@ def draw_flow(
         A basin on any grid, whose starts in the planes are marked: those that come to the orbit full, others open.
     fixed_points
         Of the flow: stable ones full, others open; small where they lie more than a cell off the plane.
+    size
+        "small", "print" or "slide".
 
     Returns
     -------
     matplotlib.figure.Figure
-        180 mm wide; mm, moving frame. Streamlines show the part of the flow within the plane.
+        88, 180 or 160 mm wide; mm, moving frame. Streamlines show the part of the flow within the plane.
     """
     planes = [_plane_of(flow, orbit, i, j) for i, j in PLANES]
     fastest = max(float(np.nanmax(speed, initial=0.0)) for *_, speed in planes)
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 80.0 * MM), layout="constrained")
-        axes = figure.subplots(1, 3)
+    with styled(size) as sheet:
+        figure, axes = three_panels(sheet)
         for axis, (i, j), (a, b, velocity, speed) in zip(axes, PLANES, planes, strict=True):
             image = axis.pcolormesh(
                 a, b, speed, cmap="Blues", vmin=0.0, vmax=1.4 * fastest, shading="nearest", rasterized=True
@@ -85,30 +94,31 @@ def draw_flow(
                 _starts(axis, captured, orbit, i, j)
             _frame(axis, orbit, i, j, (a[0], a[-1]), (b[0], b[-1]))
             _points(axis, fixed_points, flow, orbit, i, j)
-        bar = figure.colorbar(image, ax=axes, label="speed of the slow flow (mm/s)", shrink=0.75, pad=0.01)
-        bar.ax.set_ylim(0.0, fastest)
-        figure.suptitle(f"{orbit.scenario.title}: slow flow\n{drive_inputs(orbit.scenario)}", fontsize=7.5)
+        where: dict[str, Any] = {"location": "bottom", "pad": 0.03} if sheet.narrow else {"pad": 0.01}
+        bar = figure.colorbar(image, ax=axes, label="speed of the slow flow (mm/s)", shrink=0.75, **where)
+        (bar.ax.set_xlim if sheet.narrow else bar.ax.set_ylim)(0.0, fastest)
+        head(figure, f"{orbit.scenario.title}: slow flow\n{drive_inputs(orbit.scenario)}")
         unsettled = not all(np.isfinite(speed).all() for *_, speed in planes)
-        figure.legend(handles=_flow_key(fixed_points, captured, unsettled, axes), loc="outside lower center", ncols=4)
+        explain(figure, _flow_key(fixed_points, captured, unsettled, axes), most=4)
     return figure
 
 
-def draw_basin(basin: Basin) -> Figure:
+def draw_basin(basin: Basin, *, size: Size = "print") -> Figure:
     """Draw a basin of attraction: cells in three planes through the orbit, coloured by how a run from them ends.
 
     Returns
     -------
     matplotlib.figure.Figure
-        180 mm wide; mm, moving frame. Each plane is the layer of cells nearest to the orbit.
+        In mm, moving frame; 88, 180 or 160 mm wide, as ``size`` is "small", "print" or "slide". Each plane is the layer
+        of cells nearest to the orbit.
     """
     names = [str(end) for end in ENDS if np.any(basin.ends == end)]
     codes = np.array([names.index(end) for end in basin.ends]).reshape(basin.shape)
     colours = ListedColormap([ENDS[BasinEnd.of(name)] for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, colours.N)
     edges = [1e3 * _edges(axis) for axis in basin.axes]
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 80.0 * MM), layout="constrained")
-        axes = figure.subplots(1, 3)
+    with styled(size) as sheet:
+        figure, axes = three_panels(sheet)
         for axis, (i, j) in zip(axes, PLANES, strict=True):
             k = 3 - i - j
             layer = int(np.argmin(np.abs(basin.axes[k] - basin.orbit.position[k])))
@@ -123,13 +133,31 @@ def draw_basin(basin: Basin) -> Figure:
         tally = {name: int(np.count_nonzero(basin.ends == name)) for name in names}
         handles: list[Any] = [Patch(color=ENDS[BasinEnd.of(name)], label=f"{name} ({tally[name]})") for name in names]
         handles.append(Line2D([], [], marker="*", color="black", linestyle="none", label="orbit"))
-        figure.legend(handles=handles + magnet_key(axes), loc="outside lower center", ncols=5)
+        explain(figure, handles + magnet_key(axes), most=5)
         scenario = basin.orbit.scenario
         judged = f"judged after {basin.duration:.0f} s by the {basin.engine} model, {basin.attitude} attitude"
-        figure.suptitle(
-            f"{scenario.title}: how a run from each cell ends, {judged}\n{drive_inputs(scenario)}", fontsize=7.5
-        )
+        head(figure, f"{scenario.title}: how a run from each cell ends, {judged}\n{drive_inputs(scenario)}")
     return figure
+
+
+def three_panels(sheet: Sheet) -> tuple[Figure, Sequence[Axes]]:
+    """A figure with three panels in a row; in a column of a paper, two above one."""
+    if not sheet.narrow:
+        figure = sheet.figure(80.0 * MM)
+        return figure, list(figure.subplots(1, 3))
+    figure = sheet.figure(115.0 * MM)
+    first, second, third, fourth = np.ravel(figure.subplots(2, 2))
+    fourth.set_axis_off()
+    return figure, [first, second, third]
+
+
+def explain(figure: Figure, handles: Sequence[Any], *, most: int) -> None:
+    """The legend: below three panels in a row, in so many columns, or in the place that two rows leave."""
+    spare = next((axes for axes in figure.axes if not axes.axison), None)
+    if spare is None:
+        legend_below(figure, handles, most=most)
+    else:
+        spare.legend(handles=handles, loc="center", handletextpad=0.4, handlelength=1.4, borderpad=0.0)
 
 
 def _plane_of(flow: SlowFlow, orbit: Orbit, i: int, j: int) -> tuple[Floats, Floats, Floats, Floats]:

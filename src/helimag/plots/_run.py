@@ -10,45 +10,54 @@ from matplotlib.figure import Figure, SubFigure
 from helimag.plots import _series as series
 from helimag.plots._path import draw_path
 from helimag.plots._quantities import Shown, shown, slipping_spans, touching_spans
-from helimag.plots._style import FULL_WIDTH, MM, styled
+from helimag.plots._style import MM, Sheet, Size, head, styled
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import drive_inputs
 
 HEAD_HEIGHT = 17.0 * MM
+HEAD_IN_A_COLUMN = 28.0 * MM
+PATH_HEIGHT = 72.0 * MM  # in a column
 PANEL_HEIGHT = 26.0 * MM
 LEAST_HEIGHT = 95.0 * MM
 FOOT = 10.5 * MM  # below the colour bar
 LABELS = 12.5 * MM  # between the colour bar and the axes of the path
 
 
-def draw_run(trajectory: Trajectory) -> Figure:
+def draw_run(trajectory: Trajectory, *, size: Size = "print") -> Figure:
     """Draw a run, simulated or measured, after the manner of the paper's Fig. 3; what it does not hold is left out.
 
     Parameters
     ----------
     trajectory
         The run.
+    size
+        "small", a column of a paper; "print", its page; or "slide".
 
     Returns
     -------
     matplotlib.figure.Figure
-        180 mm wide. Lengths are in mm, times in s, angles in degrees.
+        88 mm, 180 mm, or 160 mm wide and 90 mm high. Lengths are in mm, times in s, angles in degrees.
 
     Raises
     ------
     InputError
-        Where the run has nothing that can be drawn.
+        Where the run has nothing that can be drawn, or there is no such size.
     """
     run = shown(trajectory)
     panels = _panels(run)
-    with styled():
-        height = max(LEAST_HEIGHT, HEAD_HEIGHT + PANEL_HEIGHT * len(panels))
-        figure = Figure(figsize=(FULL_WIDTH, height), layout="constrained")
-        figure.suptitle("\n" + _title(run), x=0.012, ha="left", fontsize=7.5, linespacing=1.4, wrap=True)
-        figure.text(0.012, 0.99, run.name, va="top", weight="bold", fontsize=8.0)
-        left, right = np.asarray(figure.subfigures(1, 2, width_ratios=(1.0, 1.2)))
-        _draw_path(left, run)
-        _draw_series(right, panels, run)
+    with styled(size) as sheet:
+        series_height = PANEL_HEIGHT * len(panels)
+        if sheet.narrow:
+            figure = sheet.figure(HEAD_IN_A_COLUMN + PATH_HEIGHT + series_height)
+            parts = figure.subfigures(2, 1, height_ratios=(PATH_HEIGHT, series_height))
+        else:
+            figure = sheet.figure(max(LEAST_HEIGHT, HEAD_HEIGHT + series_height))
+            parts = figure.subfigures(1, 2, width_ratios=(1.0, 1.5 if sheet.wide else 1.2))
+        head(figure, "\n" + _title(run), x=0.012, ha="left", linespacing=1.4)
+        figure.text(0.012, 0.99, run.name, va="top", weight="bold", fontsize=sheet.points(8.0))
+        path, over_time = np.asarray(parts)
+        _draw_path(path, run, sheet)
+        _draw_series(over_time, panels, run, columns=2 if sheet.wide else 1)
     return figure
 
 
@@ -58,37 +67,45 @@ def _panels(run: Shown) -> list[Callable[[Axes, Shown], None]]:
     return [series.draw_height, *(draw for values, draw in optional if values is not None)]
 
 
-def _draw_path(figure: SubFigure, run: Shown) -> None:
+def _draw_path(figure: SubFigure, run: Shown, sheet: Sheet) -> None:
     """Path, its markers explained above and its colours below; placed by hand, as layout engines fail in 3-D."""
-    inch = figure.dpi / figure.bbox.height
+    inch = sheet.points(1.1 * figure.dpi if sheet.wide else figure.dpi) / figure.bbox.height
     foot, bottom = FOOT * inch, (FOOT + LABELS) * inch
-    axes = figure.add_axes((0.0, bottom, 0.93, 0.89 - bottom), projection="3d")
-    line = draw_path(axes, run)
+    top = 0.72 if sheet.wide else 0.89
+    axes = figure.add_axes((0.0, bottom, 0.93, top - bottom), projection="3d")
+    line = draw_path(axes, run, ticks=2 if sheet.wide else 6)
     figure.legend(
         *axes.get_legend_handles_labels(),
         loc="upper left",
         bbox_to_anchor=(0.0, 0.98),
-        ncols=2,
-        columnspacing=1.0,
+        ncols=1 if sheet.wide else 2,
+        columnspacing=0.5,
         handletextpad=0.2,
     )
     bar = figure.add_axes((0.2, foot, 0.6, 0.018))
     figure.colorbar(line, cax=bar, orientation="horizontal", label="time (s)")
 
 
-def _draw_series(figure: SubFigure, panels: list[Callable[[Axes, Shown], None]], run: Shown) -> None:
+def _draw_series(figure: SubFigure, panels: list[Callable[[Axes, Shown], None]], run: Shown, *, columns: int) -> None:
     first: Axes | None = None
-    for row, draw in enumerate(panels):
-        axes = figure.add_subplot(len(panels), 1, row + 1, sharex=first)
+    rows = -(-len(panels) // columns)
+    for place, draw in enumerate(panels):
+        axes = figure.add_subplot(rows, columns, place + 1, sharex=first)
         first = first or axes
         draw(axes, run)
         series.shade_slips(axes, run)
         series.mark_contacts(axes, run)
         series.limits_of_time(axes, run)
-        axes.tick_params(labelbottom=row == len(panels) - 1)
+        lowest = place + columns >= len(panels)
+        axes.tick_params(labelbottom=lowest)
+        if lowest:
+            axes.set_xlabel("time (s)")
     slips = "; grey: slipping against the field" if slipping_spans(run) else ""
     contacts = "; red bar: a wall pushes" if touching_spans(run) else ""
-    axes.set_xlabel(f"time (s){slips}{contacts}")
+    if columns > 1 and (slips or contacts):
+        figure.supxlabel(f"{slips}{contacts}".removeprefix("; "), fontsize="medium")
+    elif columns == 1:
+        axes.set_xlabel(f"time (s){slips}{contacts}")
     figure.align_ylabels()
 
 

@@ -8,12 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from helimag.plots._style import BLUE, FULL_WIDTH, GREY, MM, ORANGE, PALE, SKY, styled
+from helimag.plots._style import BLUE, GREY, MM, ORANGE, PALE, SKY, Size, legend_below, styled
 
 Floats = NDArray[np.float64]
 
-COLUMNS = 4
-ROW_HEIGHT = 46.0 * MM
+COLUMNS, NARROW_COLUMNS = 4, 2
+ROW_HEIGHT = 48.0 * MM
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,24 +27,24 @@ class StraightRun:
     remark: str
     time: Floats
     height: Floats
-    twins: Sequence[tuple[Floats, Floats]]
+    perturbed: Sequence[tuple[Floats, Floats]]
     measured: float
     floor: float | None
     surface: float | None
 
 
-def draw_straight_runs(runs: Sequence[StraightRun]) -> Figure:
+def draw_straight_runs(runs: Sequence[StraightRun], *, size: Size = "print") -> Figure:
     """Draw each run in a panel: its height, perturbed runs as thin lines, the measured range, floor and surface.
 
     Returns
     -------
     matplotlib.figure.Figure
-        180 mm wide; mm and s.
+        In mm and s; 88, 180 or 160 mm wide, as ``size`` is "small", "print" or "slide".
     """
-    columns = min(COLUMNS, len(runs))
-    rows = -(-len(runs) // columns)
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, rows * ROW_HEIGHT + 8.0 * MM), layout="constrained")
+    with styled(size) as sheet:
+        columns = min(NARROW_COLUMNS if sheet.narrow else COLUMNS, len(runs))
+        rows = -(-len(runs) // columns)
+        figure = sheet.figure(rows * ROW_HEIGHT + 8.0 * MM)
         grid = np.atleast_2d(figure.subplots(rows, columns, squeeze=False))
         for axes, run in zip(grid.flat, runs, strict=False):
             _draw(axes, run)
@@ -53,14 +53,14 @@ def draw_straight_runs(runs: Sequence[StraightRun]) -> Figure:
         for axes in grid[:, 0]:
             axes.set_ylabel("height (mm)")
         handles, names = grid.flat[0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncols=len(names))
+        legend_below(figure, handles, most=len(names))
     return figure
 
 
 def _draw(axes: Axes, run: StraightRun) -> None:
     low, high = sorted((0.0, -1e3 * run.measured))
     axes.axhspan(low, high, color=PALE, zorder=0, label="measured range; in brackets: measured")
-    for number, (time, height) in enumerate(run.twins):
+    for number, (time, height) in enumerate(run.perturbed):
         label = "perturbed runs" if number == 0 else None
         axes.plot(time, 1e3 * height, color=SKY, linewidth=0.4, alpha=0.7, zorder=1, label=label)
     axes.plot(run.time, 1e3 * run.height, color=BLUE, zorder=3, label="computed")

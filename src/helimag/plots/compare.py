@@ -1,12 +1,14 @@
 """A measured and a simulated run laid over one another."""
 
+import textwrap
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from helimag.plots._style import BLUE, VERMILLION
+from helimag.plots._style import BLUE, MM, VERMILLION, Sheet, Size, head, styled
 from helimag.runs.comparison import Comparison
 from helimag.runs.measurement import NORMAL_95, interval_text
 from helimag.scenario import drive_inputs, parse
@@ -16,16 +18,29 @@ Floats = NDArray[np.float64]
 MEASURED, SIMULATED = BLUE, VERMILLION
 
 
-def draw_comparison(comparison: Comparison) -> Figure:
+COLUMN: list[list[Any]] = [["side"], ["above"], ["height"], ["attack"], ["difference"], ["text"]]
+PAGE: list[list[Any]] = [["side", "side"], ["above", "above"], ["height", "attack"], ["difference", "text"]]
+SLIDE: list[list[Any]] = [["side", "height", "difference"], ["above", "attack", "text"]]
+LINE = 31  # characters beside each other in a slide's text
+
+
+def draw_comparison(comparison: Comparison, *, size: Size = "print") -> Figure:
     """Paths from the side and from above, height and attack angle over time, and the difference with its 95 % band.
 
     Returns
     -------
-    Figure
-        matplotlib; one column wide enough for two columns of a paper.
+    matplotlib.figure.Figure
+        88, 180 or 160 mm wide, as ``size`` is "small", "print" or "slide".
     """
-    figure = Figure(figsize=(7.1, 6.2), layout="constrained")
-    grid = figure.subplot_mosaic([["side", "side"], ["above", "above"], ["height", "attack"], ["difference", "text"]])
+    with styled(size) as sheet:
+        figure = sheet.figure((210.0 if sheet.narrow else 157.0) * MM)
+        grid = figure.subplot_mosaic(COLUMN if sheet.narrow else SLIDE if sheet.wide else PAGE)
+        _draw(grid, comparison, sheet)
+        head(figure, _title(comparison), fontsize=sheet.points(8.0))
+    return figure
+
+
+def _draw(grid: dict[str, Axes], comparison: Comparison, sheet: Sheet) -> None:
     time, cuts = comparison.time, _cuts(comparison)
     shown = (comparison.simulated_time >= time[0]) & (comparison.simulated_time <= time[-1])
     measured, simulated = 1e3 * comparison.measured_position, 1e3 * comparison.simulated_path[shown]
@@ -34,7 +49,7 @@ def draw_comparison(comparison: Comparison) -> Figure:
         panel.plot(simulated[:, 0], simulated[:, axis], color=SIMULATED, lw=1.0, label="simulated")
         _broken(panel, measured[:, 0], measured[:, axis], cuts, label="measured")
         panel.set(xlabel="x (mm)", ylabel=label)
-    grid["side"].legend(frameon=False, loc="best", fontsize=7)
+    grid["side"].legend(loc="best")
     grid["height"].plot(comparison.simulated_time[shown], simulated[:, 2], color=SIMULATED, lw=1.0)
     _broken(grid["height"], time, measured[:, 2], cuts)
     grid["height"].set(xlabel="time (s)", ylabel="height (mm)")
@@ -42,19 +57,16 @@ def draw_comparison(comparison: Comparison) -> Figure:
         _broken(grid["attack"], time, np.degrees(comparison.measured_attack), cuts)
     if comparison.simulated_attack is not None:
         grid["attack"].plot(time, np.degrees(comparison.simulated_attack), color=SIMULATED, lw=1.0, zorder=1)
-    grid["attack"].set(xlabel="time (s)", ylabel="attack angle (deg)")
+    grid["attack"].set(xlabel="time (s)", ylabel="attack angle\n(deg)")
     _differences(grid["difference"], comparison, cuts)
     grid["text"].axis("off")
-    grid["text"].text(
-        0.0, 1.0, _summary(comparison), va="top", fontsize=7, linespacing=1.5, transform=grid["text"].transAxes
-    )
-    figure.suptitle(_title(comparison), fontsize=8)
-    for panel in grid.values():
-        panel.tick_params(labelsize=7)
-        panel.xaxis.label.set_fontsize(8)
-        panel.yaxis.label.set_fontsize(8)
-        panel.spines[["top", "right"]].set_visible(False)
-    return figure
+    told = _summary(comparison)
+    look: dict[str, Any] = {"va": "top", "fontsize": 7.0, "linespacing": 1.5}
+    if sheet.wide:
+        parts = [textwrap.wrap(line, LINE, subsequent_indent="  ") for line in told.split("\n")]
+        told = "\n".join(line for part in parts for line in part)
+        look |= {"fontsize": sheet.points(5.0), "linespacing": 1.25}
+    grid["text"].text(0.0, 1.0, told, transform=grid["text"].transAxes, **look)
 
 
 def _title(comparison: Comparison) -> str:
@@ -87,8 +99,8 @@ def _differences(panel: Any, comparison: Comparison, cuts: NDArray[np.int64]) ->
             panel.plot(at, off[part], color=colour, lw=0.8, label=name if number == 0 else None)
             panel.fill_between(at, (off - band)[part], (off + band)[part], color=colour, alpha=0.2, lw=0)
     panel.axhline(0.0, color="0.6", lw=0.6, zorder=0)
-    panel.set(xlabel="time (s)", ylabel="measured less simulated (mm)")
-    panel.legend(frameon=False, fontsize=7, ncols=3)
+    panel.set(xlabel="time (s)", ylabel="measured less\nsimulated (mm)")
+    panel.legend(ncols=3, handlelength=1.0, columnspacing=0.8)
 
 
 def _summary(comparison: Comparison) -> str:

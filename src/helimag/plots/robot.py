@@ -11,7 +11,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from helimag.plots._save import save
-from helimag.plots._style import BLUE, FULL_WIDTH, GREY, ORANGE, PALE, SKY, VERMILLION, styled
+from helimag.plots._style import BLUE, GREY, MM, ORANGE, PALE, SKY, VERMILLION, Size, head, styled
 from helimag.robot import ArmPlan, TimedPath, capsules, joint_rates, timed_table
 from helimag.scenario import drive_inputs
 
@@ -29,8 +29,13 @@ PARTS = {
 CLOSE = 0.16  # m; half the width of the view around the magnet
 
 
-def save_plan(plan: ArmPlan, path: str | Path) -> list[Path]:
-    """Write both figures: joints to ``path``, the cell beside it with ``-cell`` in its name. Returns the paths.
+def save_plan(plan: ArmPlan, path: str | Path, *, size: Size = "print") -> list[Path]:
+    """Write both figures: joints to ``path``, the cell beside it with ``-cell`` in its name.
+
+    Returns
+    -------
+    list of Path
+        Both.
 
     Raises
     ------
@@ -41,46 +46,68 @@ def save_plan(plan: ArmPlan, path: str | Path) -> list[Path]:
     """
     joints = Path(path)
     cell = joints.with_stem(f"{joints.stem}-cell")
-    save(draw_joints(plan), joints)
-    save(draw_cell(plan), cell)
+    save(draw_joints(plan, size=size), joints)
+    save(draw_cell(plan, size=size), cell)
     return [joints, cell]
 
 
-def draw_joints(plan: ArmPlan) -> Figure:
-    """Angle and speed of each joint over programme time, with what the cell allows; the first offence is marked."""
+def draw_joints(plan: ArmPlan, *, size: Size = "print") -> Figure:
+    """Angle and speed of each joint over programme time, with what the cell allows; the first offence is marked.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        88, 180 or 160 mm wide, as ``size`` is "small", "print" or "slide".
+    """
     table, arm = timed_table(plan), plan.cell.arm
     low, high = np.degrees(arm.limits)
     allowed = plan.cell.speed_share * np.degrees(arm.joint_speed)
     offence = "" if plan.offence is None else f": {plan.offence}"
     title = f"{plan.scenario.title}, {arm.name}{offence}\n{drive_inputs(plan.scenario)}"
-    figure = _joint_figure(table.time, table.joints, title, limits=(low, high, allowed))
+    figure = _joint_figure(table.time, table.joints, title, limits=(low, high, allowed), size=size)
     for axes in figure.axes:
         if plan.offence is not None:
             axes.axvline(plan.offence.time, color=VERMILLION, linewidth=0.8)
     return figure
 
 
-def draw_timed(path: TimedPath, title: str) -> Figure:
-    """Angle and speed of each joint over programme time, of a timed path that was written; limits are the cell's."""
-    return _joint_figure(path.time, path.joints, title, limits=None)
+def draw_timed(path: TimedPath, title: str, *, size: Size = "print") -> Figure:
+    """Angle and speed of each joint over programme time, of a timed path that was written; limits are the cell's.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        88, 180 or 160 mm wide, as ``size`` is "small", "print" or "slide".
+    """
+    return _joint_figure(path.time, path.joints, title, limits=None, size=size)
 
 
-def _joint_figure(time: Floats, joints: Floats, title: str, *, limits: tuple[Floats, Floats, Floats] | None) -> Figure:
+def _joint_figure(
+    time: Floats, joints: Floats, title: str, *, limits: tuple[Floats, Floats, Floats] | None, size: Size
+) -> Figure:
     """A row a joint; ``limits`` are lowest and highest angles (deg) and speeds that are allowed (deg/s)."""
     angles = np.degrees(joints)
     speeds = np.degrees(joint_rates(time, joints)) if time.size > 2 else np.zeros_like(angles)
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 1.05 * FULL_WIDTH), layout="constrained")
-        panels: Any = figure.subplots(6, 2, sharex=True)
+    with styled(size) as sheet:
+        figure = sheet.figure(189.0 * MM)
+        panels: Any = figure.subplots(3, 4, sharex=True) if sheet.wide else figure.subplots(6, 2, sharex=True)
+        bottom = panels[-1]
+        if sheet.wide:  # joints 4 to 6 beside 1 to 3
+            panels = np.concatenate([panels[:, :2], panels[:, 2:]])
         for i in range(6):
             _draw_angle(panels[i, 0], time, angles[:, i], None if limits is None else (limits[0][i], limits[1][i]))
             _draw_speed(panels[i, 1], time, speeds[:, i], None if limits is None else limits[2][i])
             panels[i, 0].set_ylabel(f"A{i + 1} (deg)")
-        panels[0, 0].set_title("angle" if limits is None else "angle; shaded: beyond the arm's limits")
-        panels[0, 1].set_title("speed" if limits is None else "speed; shaded: more than the cell allows")
-        for axes in panels[-1]:
+        beyond = ("", "") if limits is None else ("beyond the arm's limits", "more than the cell allows")
+        in_titles = limits is not None and size == "print"
+        for top in (0, 3) if sheet.wide else (0,):
+            for axes, what, over in zip(panels[top], ("angle", "speed"), beyond, strict=True):
+                axes.set_title(f"{what}; shaded: {over}" if in_titles else what)
+        if limits is not None and not in_titles:
+            title += f"\nshaded: {beyond[0]}; {beyond[1]}"
+        for axes in bottom:
             axes.set_xlabel("time (s)")
-        figure.suptitle(title, fontsize=8.0)
+        head(figure, title, fontsize=sheet.points(8.0))
     return figure
 
 
@@ -109,20 +136,27 @@ def _draw_speed(axes: Any, time: Floats, speed: Floats, allowed: float | None) -
     else:
         span = max(1.7 * largest, 1e-3)
         axes.set_ylim(-span, span)
-        axes.text(
-            0.99, 0.93, f"allowed {allowed:.0f} deg/s", transform=axes.transAxes, ha="right", va="top", color=GREY
-        )
+        axes.text(0.99, 0.93, f"allowed {allowed:.0f}", transform=axes.transAxes, ha="right", va="top", color=GREY)
     axes.set_ylabel("deg/s")
     axes.margins(x=0.0)
 
 
-def draw_cell(plan: ArmPlan) -> Figure:
-    """Arm, motor, magnet, boxes and path: the whole cell, and the surroundings of the magnet. Lab frame, mm."""
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 0.5 * FULL_WIDTH))
-        figure.subplots_adjust(left=0.02, right=0.95, bottom=0.06, top=0.84, wspace=0.1)
-        whole = figure.add_subplot(1, 2, 1, projection="3d")
-        close = figure.add_subplot(1, 2, 2, projection="3d")
+def draw_cell(plan: ArmPlan, *, size: Size = "print") -> Figure:
+    """Arm, motor, magnet, boxes and path: the whole cell, and the surroundings of the magnet. Lab frame, mm.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        88, 180 or 160 mm wide, as ``size`` is "small", "print" or "slide".
+    """
+    with styled(size) as sheet:
+        figure = sheet.figure((165.0 if sheet.narrow else 90.0) * MM, layout=None)
+        if sheet.narrow:
+            figure.subplots_adjust(left=0.02, right=0.9, bottom=0.04, top=0.88, hspace=0.15)
+        else:
+            figure.subplots_adjust(left=0.02, right=0.95, bottom=0.06, top=0.78 if sheet.wide else 0.84, wspace=0.1)
+        grid = (2, 1) if sheet.narrow else (1, 2)
+        whole, close = (figure.add_subplot(*grid, place, projection="3d") for place in (1, 2))
         poses = plan.path.at(plan.times)
         reach = max(math.hypot(*magnet.offset) + magnet.reach for magnet in plan.scenario.magnet)
         shown = [0] if plan.times.size < 3 else [0, plan.times.size // 2, plan.times.size - 1]
@@ -142,9 +176,11 @@ def draw_cell(plan: ArmPlan) -> Figure:
         close.set(**{f"{n}lim": 1e3 * np.array([c - CLOSE, c + CLOSE]) for n, c in zip("xyz", middle, strict=True)})
         close.locator_params(nbins=4)
         close.set_box_aspect((1, 1, 1), zoom=0.88)
+        whole.locator_params(nbins=4)
         whole.set_title("cell; arm at start, middle and end")
         close.set_title("magnet: path and rotation axis")
-        figure.suptitle(f"{plan.scenario.title}, {plan.cell.arm.name}\n{drive_inputs(plan.scenario)}", fontsize=8.0)
+        title = f"{plan.scenario.title}, {plan.cell.arm.name}\n{drive_inputs(plan.scenario)}"
+        head(figure, title, fontsize=sheet.points(8.0))
     return figure
 
 

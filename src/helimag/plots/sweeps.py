@@ -1,5 +1,6 @@
 """Figures of sweeps: gain curves, maps of the verdict with its boundary, small multiples."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,6 @@ from helimag.plots._likely import add_scale, draw_band, draw_shares, draw_shares
 from helimag.plots._style import (
     BLUE,
     DARK,
-    FULL_WIDTH,
     GREEN,
     LIGHT,
     MM,
@@ -34,6 +34,10 @@ from helimag.plots._style import (
     VERMILLION,
     WHITE,
     YELLOW,
+    Sheet,
+    Size,
+    head,
+    legend_below,
     styled,
 )
 from helimag.scenario import drive_inputs, parse
@@ -62,7 +66,7 @@ PANEL_HEIGHT = 50.0 * MM
 HIGHEST_GAIN = 2.0  # of the axis: what lies above has left the magnet anyway
 
 
-def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] = ()) -> Figure:
+def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] = (), size: Size = "print") -> Figure:
     """Draw a sweep: one axis as a curve, two as a map, more as one small panel for each value of the others.
 
     A sweep with an ensemble has maps of the share of its devices that stay to the end, and bands of gain on its curves.
@@ -74,6 +78,13 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
     curves
         Where orbits lose stability, as :func:`helimag.orbits.boundary_of` gives them: drawn over the panels of the same
         two inputs, either way round, whose other inputs are the same.
+    size
+        "small", "print" or "slide".
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        88 mm; 120 or 180 mm; or 160 mm wide.
 
     Raises
     ------
@@ -83,10 +94,10 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
     if not np.any(dataset["verdict"].values):
         raise InputError("there is nothing to draw: no run of this sweep has been computed")
     panels = list(panels_of(dataset))
-    columns = min(3, len(panels))
-    rows = -(-len(panels) // columns)
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH * max(columns, 2) / 3, PANEL_HEIGHT * rows + 12 * MM), layout="constrained")
+    with styled(size) as sheet:
+        columns = min(_most_columns(sheet, len(panels)), len(panels))
+        rows = -(-len(panels) // columns)
+        figure = sheet.figure(PANEL_HEIGHT * rows + 12 * MM, share=max(columns, 2) / 3)
         looks: dict[str, Line2D] = {}
         likely = ran_devices(dataset) and is_plane(panels[0][1])
         missing = list(curves)
@@ -106,16 +117,24 @@ def draw_sweep(dataset: "xarray.Dataset", *, curves: Sequence["BoundaryCurve"] =
         handles = [*([] if likely else legend(dataset["verdict"].values)), *looks.values()]
         if likely:
             handles += add_scale(figure)
-        figure.legend(handles=handles, loc="outside lower center", ncols=4 if looks else 7)
-        figure.suptitle(heading(dataset), fontsize=7.5)
+        legend_below(figure, handles, most=4 if looks else 7)
+        head(figure, heading(dataset))
     return figure
+
+
+def _most_columns(sheet: Sheet, panels: int) -> int:
+    """Of panels: a slide is filled, a column of a paper has one or, of many panels, two."""
+    if sheet.wide:
+        return max(3, math.ceil(panels / 2))
+    return (1 if panels < 4 else 2) if sheet.narrow else 3
 
 
 def heading(dataset: "xarray.Dataset") -> str:
     """The sweep's title, and the inputs that all its runs share."""
     swept = {line.field for line in parse_plan(dataset.attrs["plan"]).axis}
     base = parse(dataset.attrs["scenario"])
-    return f"{dataset.attrs['title']}: {base.title}\n{drive_inputs(base, without=swept)}"
+    names = dict.fromkeys((dataset.attrs["title"], base.title))  # once where a plan is called as its device
+    return f"{': '.join(names)}\n{drive_inputs(base, without=swept)}"
 
 
 def _lay_over(axes: Axes, part: "xarray.Dataset", curves: Sequence["BoundaryCurve"]) -> list[Line2D]:
@@ -333,19 +352,31 @@ class Passes:
     fine: "xarray.Dataset"
 
 
-def draw_passes(passes: Sequence[Passes]) -> Figure:
+def draw_passes(passes: Sequence[Passes], *, size: Size = "print") -> Figure:
     """Draw wide passes above and fine ones below, a column an input: gain by frequency, strips where bounded.
+
+    In a column of a paper, wide passes are at the left and fine ones at the right, a row an input.
 
     Parameters
     ----------
     passes
         One for each frequency and input.
+    size
+        "small", "print" or "slide".
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        88, 180 or 160 mm wide.
     """
     frequencies = list(dict.fromkeys(each.frequency for each in passes))
     names = list(dict.fromkeys(each.name for each in passes))
-    with styled():
-        figure = Figure(figsize=(FULL_WIDTH, 115 * MM), layout="constrained")
-        axes = figure.subplots(2, len(names), squeeze=False)
+    with styled(size) as sheet:
+        figure = sheet.figure((45.0 * len(names) + 25.0) * MM if sheet.narrow else 115.0 * MM)
+        if sheet.narrow:
+            axes = figure.subplots(len(names), 2, squeeze=False).T
+        else:
+            axes = figure.subplots(2, len(names), squeeze=False)
         colours = colormaps[TIME_COLOURS](np.linspace(0.0, 0.85, len(frequencies)))
         for each in passes:
             column, i = names.index(each.name), frequencies.index(each.frequency)
@@ -358,8 +389,9 @@ def draw_passes(passes: Sequence[Passes]) -> Figure:
             axes[0][column].set_title(f"({letter})", loc="left")
         flags = np.concatenate([data["verdict"].values for each in passes for data in (each.wide, each.fine)])
         lines = [Line2D([], [], color=c, label=f"{f:g} Hz") for f, c in zip(frequencies, colours, strict=True)]
-        figure.legend(handles=[*lines, *legend(flags)], loc="outside lower center", ncols=max(len(lines), 4))
-        figure.suptitle("wide pass above, fine pass below; strips: judged bounded", fontsize=7)
+        legend_below(figure, [*lines, *legend(flags)], most=max(len(lines), 4))
+        where = "at the left, fine pass at the right" if sheet.narrow else "above, fine pass below"
+        head(figure, f"wide pass {where}; strips: judged bounded", fontsize=sheet.points(7.0))
     return figure
 
 

@@ -45,6 +45,11 @@ def _proved_again(text: str) -> None:
 def with_certificate(run: Trajectory, certificate: Certificate) -> Trajectory:
     """The run with the certificate of its scenario in the attribute ``proof_certificate``, as text.
 
+    Returns
+    -------
+    Trajectory
+        A copy.
+
     Raises
     ------
     InputError
@@ -62,6 +67,11 @@ def _scenario_of(run: Trajectory) -> Scenario:
 
 def certificate_of(run: Trajectory) -> Certificate | None:
     """The certificate that a run carries, its hash compared; None where it has none.
+
+    Returns
+    -------
+    Certificate or None
+        Not proved again.
 
     Raises
     ------

@@ -98,7 +98,13 @@ class Certificate:
     claims: Claims
 
     def text(self) -> str:
-        """The certificate as JSON, closed by the hash of all before it."""
+        """The certificate as JSON, closed by the hash of all before it.
+
+        Returns
+        -------
+        str
+            One object, as :func:`read_certificate` reads it.
+        """
         content = self.content()
         parts = (
             f"{json.dumps(key)}: {json.dumps(value, separators=(',', ':'), allow_nan=False)}"
@@ -107,7 +113,13 @@ class Certificate:
         return "{" + ",\n".join(parts) + "}\n"
 
     def covers(self, scenario: Scenario) -> bool:
-        """Whether this is about a scenario: the same but for how long it is run and what it is called."""
+        """Whether this is about a scenario: the same but for how long it is run and what it is called.
+
+        Returns
+        -------
+        bool
+            False where anything that decides an orbit differs.
+        """
         return _matter(settled(scenario)) == _matter(self.scenario)
 
     @property
@@ -116,7 +128,13 @@ class Certificate:
         return digest(self.content())
 
     def content(self) -> dict[str, Any]:
-        """All but the hash, as JSON has it."""
+        """All but the hash, as JSON has it.
+
+        Returns
+        -------
+        dict
+            Plain numbers, text and lists.
+        """
         tube = self.tube
         return {
             "format": FORMAT,
@@ -274,6 +292,11 @@ def ball_in(tube: Tube, chart: Chart, across: "arb_mat", radii: Sequence[float])
 def read_certificate(text: str) -> Certificate:
     """A certificate from its text, its hash compared.
 
+    Returns
+    -------
+    Certificate
+        Not proved again.
+
     Raises
     ------
     InputError
@@ -348,6 +371,11 @@ def check(certificate: Certificate) -> Claims:
 def check_file(path: str | Path) -> Certificate:
     """Read a certificate and prove its claims again.
 
+    Returns
+    -------
+    Certificate
+        Its claims hold.
+
     Raises
     ------
     FileError
@@ -362,6 +390,11 @@ def check_file(path: str | Path) -> Certificate:
 
 def certificate_in(path: str | Path) -> Certificate:
     """A certificate from its file, its hash compared.
+
+    Returns
+    -------
+    Certificate
+        Not proved again: that is what :func:`check_file` does.
 
     Raises
     ------

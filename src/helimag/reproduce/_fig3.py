@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +16,13 @@ from helimag.reproduce._table import DISPLACEMENT, as_text, case_rows, fig3_rows
 from helimag.runs.trajectory import Trajectory
 from helimag.scenario import load
 
+if TYPE_CHECKING:
+    from helimag.plots import Size
+
 Floats = NDArray[np.float64]
 
 RUNS = ("paper/fig3a", "paper/fig3b", "paper/fig3c")
-TWINS = 32
+PERTURBED = 32
 SEED = 3
 SIMULATED = 0.85  # share of the time that the runs take; the rest is drawing
 
@@ -37,13 +40,17 @@ class Reproduction:
     files: tuple[Path, ...]
 
 
-def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None) -> Reproduction:
+def fig3(
+    folder: str | Path, *, size: "Size" = "print", progress: Callable[[float], None] | None = None
+) -> Reproduction:
     """Compute the paper's Fig. 3 and write figure, table and runs into a folder.
 
     Parameters
     ----------
     folder
         For fig3.png, .svg, .pdf, .csv, .json and the three runs as netCDF; made where it does not exist.
+    size
+        Of the figure: "small", "print" or "slide".
     progress
         Called with the fraction done.
 
@@ -51,7 +58,8 @@ def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None)
     -------
     Reproduction
         Its rows have case, verdict, escape_time_s, gain_700_s, gain, orbit_stable and more; its comparison has run,
-        quantity, unit, published, computed, difference, twins, twins_q05, twins_q50, twins_q95, remark and source.
+        quantity, unit, published, computed, difference, perturbed, perturbed_q05, perturbed_q50, perturbed_q95, remark
+        and source.
 
     Raises
     ------
@@ -68,7 +76,7 @@ def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None)
     found = ensembles(
         [load(name) for name in RUNS],
         displaced,
-        runs=TWINS,
+        runs=PERTURBED,
         seed=SEED,
         progress=lambda done: report(SIMULATED * done),
     )
@@ -78,7 +86,7 @@ def fig3(folder: str | Path, *, progress: Callable[[float], None] | None = None)
     comparison = fig3_rows(found)
     text = as_text(comparison)
     report(SIMULATED)
-    figure = plots.draw_side_by_side(_cases(found, trajectories, comparison))
+    figure = plots.draw_side_by_side(_cases(found, trajectories, comparison), size=size)
     files = [target / f"fig3.{suffix}" for suffix in ("png", "svg", "pdf")]
     for path in files:
         plots.save(figure, path)
@@ -116,14 +124,14 @@ def _cases(found: Sequence[Ensemble], trajectories: Sequence[Trajectory], rows: 
         counts = ", ".join(f"{count} {name}" for name, count in ensemble.verdicts.most_common())
         remark = (
             f"{gain['quantity']}: {gain['computed']:.3f}; paper {gain['published']:.3f}\n"
-            f"perturbed: {counts}; gain {gain['twins_q05']:.2f} to {gain['twins_q95']:.2f}"
+            f"perturbed: {counts}; gain {gain['perturbed_q05']:.2f} to {gain['perturbed_q95']:.2f}"
         )
         cases.append(
             Case(
                 trajectory=trajectory,
                 title=f"{letter}   {1e3 * drive.distance:g} mm, {np.degrees(drive.pitch):g}°",
                 remark=remark,
-                twins=[(twin.time, twin.states[:, 2]) for twin in ensemble.copies],
+                perturbed=[(copy.time, copy.states[:, 2]) for copy in ensemble.copies],
                 published_time=own["escape"]["published"] if "escape" in own else None,
             )
         )

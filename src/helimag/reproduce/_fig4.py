@@ -25,6 +25,8 @@ from helimag.sweeps import Axis, Plan, SweepProgress, sweep
 if TYPE_CHECKING:
     import xarray
 
+    from helimag.plots import Size
+
 BASE = "paper/fig3c"
 FREQUENCIES = (2.0, 2.25, 2.5, 2.75, 3.0, 3.3)  # Hz
 FINE_RUNS = 81
@@ -210,6 +212,7 @@ def fig4(
     inputs: Sequence[Fig4Input] = INPUTS,
     fine_runs: int = FINE_RUNS,
     duration: str = "1800 s",
+    size: "Size" = "print",
     progress: Callable[[float], None] | None = None,
 ) -> Fig4:
     """Compute the paper's Fig. 4 and write figure, table and stores into a folder; interrupted, it goes on there.
@@ -220,6 +223,13 @@ def fig4(
         For fig4.png, .svg, .pdf, .csv, .json and the sweeps' stores; made where it does not exist.
     frequencies, inputs, fine_runs, duration, progress
         As for :func:`characterize`.
+    size
+        Of the figure: "small", "print" or "slide".
+
+    Returns
+    -------
+    Fig4
+        Rows with frequency_hz, input, bounded_from, bounded_to and more; trends; both as text; and the files.
 
     Raises
     ------
@@ -246,7 +256,7 @@ def fig4(
     )
     rows = [panel.row for panel in panels]
     found = trends(rows)
-    figure = draw_passes([Passes(each.frequency, each.input.name, each.wide, each.fine) for each in panels])
+    figure = draw_passes([Passes(each.frequency, each.input.name, each.wide, each.fine) for each in panels], size=size)
     files = [target / f"fig4.{suffix}" for suffix in ("png", "svg", "pdf", "csv", "json")]
     for path in files[:3]:
         plots.save(figure, path)

@@ -60,10 +60,10 @@ def _row(entry: Row, ensemble: Ensemble) -> Row:
         "published": expected,
         "computed": computed,
         "difference": difference,
-        "twins": values.get("twins"),
-        "twins_q05": values.get("q05"),
-        "twins_q50": values.get("q50"),
-        "twins_q95": values.get("q95"),
+        "perturbed": values.get("perturbed"),
+        "perturbed_q05": values.get("q05"),
+        "perturbed_q50": values.get("q50"),
+        "perturbed_q95": values.get("q95"),
         "remark": _remark(entry, ensemble),
         "source": entry["source"],
     }
@@ -73,7 +73,7 @@ def _verdict(ensemble: Ensemble) -> Row:
     counts = ensemble.verdicts.most_common()
     return {
         "computed": str(ensemble.judgement.verdict),
-        "twins": ", ".join(f"{count} of {len(ensemble.copies)} {name}" for name, count in counts),
+        "perturbed": ", ".join(f"{count} of {len(ensemble.copies)} {name}" for name, count in counts),
     }
 
 
@@ -88,7 +88,7 @@ def _numbers(entry: Row, ensemble: Ensemble) -> Row:
     found = [number for number in map(value, ensemble.copies) if number is not None]
     low, middle, high = np.quantile(found, (0.05, 0.5, 0.95)).tolist() if found else (None, None, None)
     count = f"{len(found)} of {len(ensemble.copies)}"
-    return {"computed": value(ensemble.nominal), "twins": count, "q05": low, "q50": middle, "q95": high}
+    return {"computed": value(ensemble.nominal), "perturbed": count, "q05": low, "q50": middle, "q95": high}
 
 
 def _remark(entry: Row, ensemble: Ensemble) -> str:
@@ -128,9 +128,10 @@ def as_text(rows: Sequence[Row]) -> str:
             mark = f"({len(notes)})"
         numbers = [_shown(row[name], row["unit"]) for name in ("published", "computed", "difference")]
         if row["quantity"] == "verdict":
-            lines.append(_line([row["run"], row["quantity"], *numbers, row["twins"]]) + (f"  {mark}" if mark else ""))
+            counted = _line([row["run"], row["quantity"], *numbers, row["perturbed"]])
+            lines.append(counted + (f"  {mark}" if mark else ""))
         else:
-            spread = [_shown(row[f"twins_q{level}"], row["unit"]) for level in ("05", "50", "95")]
+            spread = [_shown(row[f"perturbed_q{level}"], row["unit"]) for level in ("05", "50", "95")]
             lines.append(_line([row["run"], row["quantity"], *numbers, *spread, mark]))
     paragraphs = [f"({i}) {note}" for i, note in enumerate(notes, 1)] + [
         FITTED,
@@ -170,8 +171,8 @@ def case_rows(ensembles: Sequence[Ensemble], outlooks: Sequence[Outlook], leads:
                 "orbit_stable": orbit.stable if orbit is not None and orbit.found else None,
                 "outlook": str(outlook.future),
                 "leads": end,
-                "twins": len(ensemble.copies),
-                "twins_with_the_same_verdict": ensemble.verdicts[judgement.verdict],
+                "perturbed": len(ensemble.copies),
+                "perturbed_with_the_same_verdict": ensemble.verdicts[judgement.verdict],
             }
         )
     return rows

@@ -61,6 +61,11 @@ class Jitter(Part):
 def load_jitter(path: str | Path) -> Jitter:
     """Read a jitter model from a TOML file.
 
+    Returns
+    -------
+    Jitter
+        SI.
+
     Raises
     ------
     FileError
@@ -130,6 +135,11 @@ def study(
 
     Each kind has ``draws`` runs, with other phases.
 
+    Returns
+    -------
+    dict of str to Ensemble
+        By kind of error, in the order in which they are reported.
+
     Raises
     ------
     InputError
@@ -158,6 +168,11 @@ def measured_jitter(scenario: Scenario, log: Log, source: str) -> Jitter:
     """The errors of a log against its scenario's own path: offset, strongest lines of the rest, frequency error.
 
     Errors along the path count as shaking too: a log cannot tell an early arm from a displaced one.
+
+    Returns
+    -------
+    Jitter
+        SI.
 
     Raises
     ------

@@ -52,6 +52,11 @@ def read_log(path: str | Path, cell: Cell) -> Log:
     ``motor``, in a table as :func:`helimag.runs.read_table` reads it; A, B, C are KUKA's angles. Time is counted from
     the first row.
 
+    Returns
+    -------
+    Log
+        Poses of the tool over time, lab frame, SI.
+
     Raises
     ------
     FileError
@@ -137,6 +142,11 @@ def replayed(scenario: Scenario, log: Log, source: str) -> Scenario:
 
     Where the log holds no motor angle, the motor is taken to turn evenly against the tool at the drive's frequency,
     so that a turn of the tool about the motor's axis turns the magnet with it.
+
+    Returns
+    -------
+    Scenario
+        Its drive a path of samples.
 
     Raises
     ------

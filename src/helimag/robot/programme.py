@@ -51,6 +51,11 @@ def write_programme(
         A proof of the scenario's orbit, which the header then names by its hash. One of another scenario is refused, as
         is one for a programme with unwindings, which no theorem about an even drive covers.
 
+    Returns
+    -------
+    list of Path
+        What was written.
+
     Raises
     ------
     NotFeasible

@@ -37,6 +37,11 @@ def rehearse(plan: ArmPlan, *, progress: Callable[[float], None] | None = None) 
     progress
         Called with the fraction done, some times a second.
 
+    Returns
+    -------
+    Trajectory
+        The simulated run.
+
     Raises
     ------
     RunError

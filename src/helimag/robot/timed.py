@@ -62,6 +62,11 @@ class TimedPath:
 def read_timed(path: str | Path) -> TimedPath:
     """Read the timed path (.csv) that goes with a programme.
 
+    Returns
+    -------
+    TimedPath
+        SI, angles in rad.
+
     Raises
     ------
     FileError

@@ -159,6 +159,11 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
 
     Gains and verdicts are those of the time that both cover; the input of the gain is that of each run's own start.
 
+    Returns
+    -------
+    Comparison
+        Differences over the common time (SI), and gain and verdict of both.
+
     Raises
     ------
     InputError

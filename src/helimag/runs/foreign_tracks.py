@@ -34,7 +34,14 @@ def canonical(table: list[Cells]) -> tuple[str, list[Cells]]:
     heads = [cell.strip() for cell in table[0][1]]
     if {"POSITION_X", "POSITION_T"} <= {head.upper() for head in heads}:
         return "TrackMate", _trackmate(table)
+    if heads[0].startswith("<?xml"):
+        raise InputError("it is an XML file and no table; of TrackMate, export the spots as CSV")
     if heads[0].lower() == "scorer" and any(cells[0].strip() == "bodyparts" for _, cells in table[1:3]):
+        if any(cells[0].strip() == "coords" and "z" in cells for _, cells in table[2:4]):
+            raise InputError(
+                "it is a table of DeepLabCut in space, without times and units: write one line of heads, 'time [s]', "
+                "'x [mm]', 'y [mm]', 'z [mm]', with z up in the lab"
+            )
         raise InputError(
             "it is a table of DeepLabCut: places in one camera's picture (px), and a track needs time, x, y, z in the "
             "lab; triangulate both cameras' tables first, or give the films to 'helimag vision track'"

@@ -45,6 +45,11 @@ def import_track(path: str | Path, *, initial_gap: float, name: str | None = Non
     initial_gap
         Height of the magnet above the device at the start (m).
 
+    Returns
+    -------
+    Trajectory
+        A measured run.
+
     Raises
     ------
     FileError

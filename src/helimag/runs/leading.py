@@ -15,6 +15,11 @@ def path_cosine(position: Floats, long_axis: Floats) -> float:
     ----------
     position, long_axis
         Of the samples, (n, 3) in m and (n, 3); samples that are not finite are left out.
+
+    Returns
+    -------
+    float
+        In [-1, 1]: positive where the head leads.
     """
     finite = np.isfinite(position).all(axis=1) & np.isfinite(long_axis).all(axis=1)
     gone = np.diff(position[finite], axis=0)
@@ -25,6 +30,11 @@ def path_cosine(position: Floats, long_axis: Floats) -> float:
 
 def leading_end(cosine: float) -> str:
     """The end in front: ``"head"``, ``"helix"``, or ``"neither"`` where a cosine is small or not known.
+
+    Returns
+    -------
+    str
+        The word.
 
     Examples
     --------

@@ -77,6 +77,11 @@ def _fix_texts(part: Any) -> None:
 def read_netcdf(path: str | Path) -> "xarray.Dataset":
     """Read a netCDF file into memory.
 
+    Returns
+    -------
+    xarray.Dataset
+        Loaded; the file is closed.
+
     Raises
     ------
     FileError

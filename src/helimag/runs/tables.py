@@ -84,6 +84,11 @@ def read_table(
     translate
         Brings the heads of other programs' tables to those above.
 
+    Returns
+    -------
+    Columns
+        SI, by name.
+
     Raises
     ------
     FileError

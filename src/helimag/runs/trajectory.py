@@ -105,7 +105,13 @@ class Trajectory:
 
     @classmethod
     def from_arrays(cls, time: Floats, variables: dict[str, Floats], attributes: dict[str, object]) -> Self:
-        """Build from plain arrays named as in ``VARIABLES`` (SI); axes, units and meanings are labelled when asked."""
+        """Build from plain arrays named as in ``VARIABLES`` (SI); axes, units and meanings are labelled when asked.
+
+        Returns
+        -------
+        Trajectory
+            Simulated or measured, as the attributes say.
+        """
         return cls(Unlabelled({"time": time, **variables}, {"Conventions": "CF-1.11", **attributes}))
 
     @cached_property
@@ -126,6 +132,11 @@ class Trajectory:
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a trajectory that :meth:`save` wrote.
+
+        Returns
+        -------
+        Trajectory
+            As it was saved.
 
         Raises
         ------
@@ -155,7 +166,13 @@ class Trajectory:
         write_netcdf(self.dataset.assign_attrs(self._told()), path)
 
     def noted(self, **attributes: str | float) -> "Trajectory":
-        """The same run with further attributes."""
+        """The same run with further attributes.
+
+        Returns
+        -------
+        Trajectory
+            A copy.
+        """
         return type(self)(self.dataset.assign_attrs(attributes))
 
     def _told(self) -> dict[str, str | float]:

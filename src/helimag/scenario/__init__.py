@@ -28,9 +28,9 @@ from helimag.scenario._fields import (
     Time,
 )
 from helimag.scenario._files import as_scenario, load, parse, preset_names
-from helimag.scenario._meanings import meanings, models_in, schema
+from helimag.scenario._meanings import meanings, schema
 from helimag.scenario._path import Path
-from helimag.scenario._refusals import messages, model_of
+from helimag.scenario._refusals import messages, model_of, models_in
 from helimag.scenario._remanence import REMANENCE
 from helimag.scenario._scenario import MARKS, Scenario, validated
 from helimag.scenario._surroundings import PAPER_TANK, Drive, Fluid, Magnet, Run, Walls, Workspace

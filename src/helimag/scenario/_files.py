@@ -6,11 +6,17 @@ from typing import Any
 
 from helimag.errors import InputError
 from helimag.files import text_of, toml_tables
+from helimag.scenario._refusals import meant
 from helimag.scenario._scenario import Scenario, validated
 
 
 def parse(text: str, source: str = "scenario", *, folder: Path | None = None) -> Scenario:
     """Read a scenario from TOML text; ``source`` names it in messages, ``folder`` is where its files lie.
+
+    Returns
+    -------
+    Scenario
+        Checked.
 
     Raises
     ------
@@ -18,6 +24,11 @@ def parse(text: str, source: str = "scenario", *, folder: Path | None = None) ->
         Where the text is not TOML or not a scenario.
     """
     data = toml_tables(text, source)
+    if "device" not in data and ("axis" in data or "free" in data):
+        what = "sweep" if "axis" in data else "calibration"
+        raise InputError(
+            f"{source} is the plan of a {what}, not a scenario: a scenario has a device, a fluid and a drive"
+        )
     if folder is not None:
         _place_files(data, folder)
     try:
@@ -116,4 +127,5 @@ def load(scenario: str | Path) -> Scenario:
         return parse((_preset_folder() / f"{scenario}.toml").read_text(encoding="utf-8"), str(scenario))
     path = Path(scenario)
     neither = f"scenario must be a preset (see 'helimag presets') or a TOML file; '{scenario}' is neither"
+    neither += meant(str(scenario), preset_names())
     return parse(text_of(path, missing=neither), str(path), folder=path.parent)

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.scenario._fields import Quantity
+from helimag.scenario._refusals import field_paths, meant
 
 COMPONENTS = {2: ("low", "high"), 3: ("x", "y", "z")}
 
@@ -98,12 +99,12 @@ def leaf(root: BaseModel, path: str) -> Leaf:
     found, steps = Leaf(root, type(root)), path.split(".")
     for depth, step in enumerate(steps):
         if step not in found.names:
-            raise nowhere(path, depth, found.names, given=found.value is not None)
+            raise nowhere(path, depth, found.names, given=found.value is not None, kind=type(root))
         found = found.step(step)
     return found
 
 
-def nowhere(path: str, depth: int, names: Sequence[str], *, given: bool = True) -> InputError:
+def nowhere(path: str, depth: int, names: Sequence[str], *, given: bool = True, kind: type[BaseModel]) -> InputError:
     """The error for a path whose step at ``depth`` is none of the names that are there."""
     parent = ".".join(path.split(".")[:depth])
     if not given:
@@ -111,8 +112,11 @@ def nowhere(path: str, depth: int, names: Sequence[str], *, given: bool = True) 
     if names and names[0].isdigit():
         which = ", ".join(f"{parent}.{name}" for name in names)
         return InputError(f"'{path}' must name one of {len(names)} by its index: {which}")
+    known = list(dict.fromkeys(field_paths(kind)))
+    ending = [each for each in known if each.endswith(f".{path}")]
+    hint = f"; did you mean {' or '.join(ending)}?" if ending else meant(path, known)
     return InputError(
-        f"'{path}' is not a field of a scenario; {parent or 'it'} has {', '.join(names) or 'nothing below it'}"
+        f"'{path}' is not a field of a scenario; {parent or 'it'} has {', '.join(names) or 'nothing below it'}{hint}"
     )
 
 

@@ -2,15 +2,16 @@
 
 import ast
 import inspect
-from collections.abc import Iterator
 from itertools import pairwise
-from typing import Any, get_args
+from typing import Any
 
-from helimag.scenario._device import Part
+from pydantic import BaseModel
+
+from helimag.scenario._refusals import models_in
 from helimag.scenario._scenario import Scenario
 
 
-def meanings(model: type[Part]) -> dict[str, str]:
+def meanings(model: type[BaseModel]) -> dict[str, str]:
     """What each key of a part means, in one line each.
 
     Read from the source when it is asked for: pydantic would read it whenever helimag starts.
@@ -27,14 +28,6 @@ def meanings(model: type[Part]) -> dict[str, str]:
     }
 
 
-def models_in(annotation: object) -> Iterator[type[Part]]:
-    """The parts that a field's type names."""
-    if inspect.isclass(annotation) and issubclass(annotation, Part):
-        yield annotation
-    for inner in get_args(annotation):
-        yield from models_in(inner)
-
-
 def schema() -> dict[str, Any]:
     """JSON schema of scenario files, with what each key means."""
     whole = Scenario.model_json_schema()
@@ -46,6 +39,6 @@ def schema() -> dict[str, Any]:
     return whole
 
 
-def _parts(model: type[Part]) -> set[type[Part]]:
+def _parts(model: type[BaseModel]) -> set[type[BaseModel]]:
     below = {part for field in model.model_fields.values() for part in models_in(field.annotation)}
     return {model}.union(*map(_parts, below))

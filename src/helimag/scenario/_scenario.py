@@ -120,6 +120,11 @@ class Scenario(Part):
         A component of a vector is named too (``drive.start.y``, ``workspace.walls.x.low``), and one of several magnets
         by its index (``magnet.1.moment``); a single magnet has none.
 
+        Returns
+        -------
+        Scenario
+            A new one, checked as a file is; this one stays as it is.
+
         Raises
         ------
         InputError
@@ -139,8 +144,8 @@ class Scenario(Part):
         touched = {path.partition(".")[0] for path in changes} & Scenario.model_fields.keys()
         data = {name: getattr(self, name) for name in Scenario.model_fields}
         data |= self.model_dump(mode="python", include=touched)
-        marks = data["provenance"].items()
-        data["provenance"] = {key: mark for key, mark in marks if not any(_overlap(key, path) for path in changes)}
+        kept = _apart(tuple(data["provenance"]), tuple(changes))
+        data["provenance"] = {key: data["provenance"][key] for key in kept}
         for path, value in changes.items():
             self._assign(data, path, value)
         changed = validated(data, in_file=False)
@@ -172,11 +177,17 @@ class Scenario(Part):
             names = tuple(str(i) for i in range(len(at))) if parent == "magnet" else leaf(self, parent).components
             if step in names:
                 return names.index(step)
-            raise nowhere(path, depth, names)
-        raise nowhere(path, depth, tuple(at) if isinstance(at, dict) else (), given=at is not None)
+            raise nowhere(path, depth, names, kind=Scenario)
+        raise nowhere(path, depth, tuple(at) if isinstance(at, dict) else (), given=at is not None, kind=Scenario)
 
     def to_toml(self) -> str:
-        """The scenario as a file's text, in which every value carries its unit."""
+        """The scenario as a file's text, in which every value carries its unit.
+
+        Returns
+        -------
+        str
+            Which :func:`helimag.load` reads from a file as the same scenario.
+        """
         import tomli_w
 
         data = _without_none(self.model_dump(mode="json"))
@@ -194,7 +205,12 @@ def _without_none(value: Any) -> Any:
     return value
 
 
-@lru_cache(maxsize=4096)  # the same marks and paths for every run of a sweep
+@lru_cache(maxsize=64)  # the same marks and paths for every run of a sweep
+def _apart(marks: Sequence[str], paths: Sequence[str]) -> tuple[str, ...]:
+    """The marks that speak of none of the paths."""
+    return tuple(mark for mark in marks if not any(_overlap(mark, path) for path in paths))
+
+
 def _overlap(one: str, other: str) -> bool:
     """Whether one of two dotted paths lies within the other, so that a mark on the one speaks of the other.
 
@@ -208,6 +224,6 @@ def validated(data: Mapping[str, object], *, in_file: bool) -> Scenario:
     try:
         return Scenario.model_validate(data, context={"file": in_file})
     except ValidationError as error:
-        raise InputError("; ".join(messages(error))) from None
+        raise InputError("; ".join(messages(error, Scenario))) from None
     except UnicodeEncodeError as error:
         raise InputError(f"a scenario's text must be Unicode; got {ascii(error.object)[:60]}") from None

@@ -87,6 +87,11 @@ class Input:
     def value(self, scenario: Scenario) -> float:
         """SI value in a scenario.
 
+        Returns
+        -------
+        float
+            SI.
+
         Raises
         ------
         InputError
@@ -99,6 +104,11 @@ class Input:
 
     def found(self, scenario: Scenario) -> float | None:
         """SI value in a scenario; None of a number that it does not give.
+
+        Returns
+        -------
+        float or None
+            SI.
 
         Raises
         ------
@@ -118,6 +128,11 @@ class Input:
     def changed(self, scenario: Scenario, value: float) -> Scenario:
         """The scenario with this input at an SI value.
 
+        Returns
+        -------
+        Scenario
+            A copy.
+
         Raises
         ------
         InputError
@@ -134,6 +149,11 @@ class Input:
     def choices(self, scenario: Scenario) -> tuple[str, ...]:
         """The words among which a field is chosen; none of a number.
 
+        Returns
+        -------
+        tuple of str
+            As files have them.
+
         Raises
         ------
         InputError
@@ -149,6 +169,11 @@ class Input:
     def kind(self, scenario: Scenario) -> q.Kind | None:
         """Physical kind, with its units; None of a number without a unit.
 
+        Returns
+        -------
+        Kind or None
+            As :mod:`helimag.quantities` has them.
+
         Raises
         ------
         InputError
@@ -158,6 +183,11 @@ class Input:
 
     def parsed(self, scenario: Scenario, text: str) -> float:
         """SI value of text with a unit, such as ``"12.7 deg"``, whether or not the scenario can have it.
+
+        Returns
+        -------
+        float
+            SI.
 
         Raises
         ------
@@ -174,6 +204,11 @@ class Input:
 
     def read(self, scenario: Scenario, text: str) -> float:
         """SI value of text with a unit, which the scenario can have.
+
+        Returns
+        -------
+        float
+            SI.
 
         Raises
         ------
@@ -218,6 +253,11 @@ def varied(scenario: Scenario, values: Mapping[str, object]) -> Scenario:
     ----------
     values
         By path: SI values, text with a unit, words of a choice, or what a field as a whole may be.
+
+    Returns
+    -------
+    Scenario
+        A copy.
 
     Raises
     ------

@@ -44,6 +44,11 @@ class Parameters:
     def of(cls, scenario: Scenario, priors: Mapping[str, Prior]) -> "Parameters":
         """Inputs with a prior each.
 
+        Returns
+        -------
+        Parameters
+            In the order given.
+
         Raises
         ------
         InputError
@@ -54,6 +59,11 @@ class Parameters:
     @classmethod
     def within(cls, scenario: Scenario, limits: Mapping[str, tuple[float, float]]) -> "Parameters":
         """Inputs between a lowest and a highest value each (SI), all values as likely.
+
+        Returns
+        -------
+        Parameters
+            In the order given.
 
         Raises
         ------
@@ -104,6 +114,11 @@ class Parameters:
     def vector(self, scenario: Scenario) -> Floats:
         """Values (k,) in a scenario, SI.
 
+        Returns
+        -------
+        ndarray
+            (k,).
+
         Raises
         ------
         InputError
@@ -120,6 +135,11 @@ class Parameters:
     def scenario_at(self, values: ArrayLike) -> Scenario:
         """The scenario with the inputs at values (k,), SI.
 
+        Returns
+        -------
+        Scenario
+            A copy.
+
         Raises
         ------
         InputError
@@ -130,6 +150,11 @@ class Parameters:
     def scenarios(self, values: ArrayLike) -> list[Scenario]:
         """One scenario for each row of values (n, k), SI.
 
+        Returns
+        -------
+        list of Scenario
+            As many as rows.
+
         Raises
         ------
         InputError
@@ -139,6 +164,11 @@ class Parameters:
 
     def from_unit(self, shares: ArrayLike) -> Floats:
         """Values (..., k), SI, of points (..., k) of the unit cube: what spreads evenly there follows the priors here.
+
+        Returns
+        -------
+        ndarray
+            (..., k), SI.
 
         Raises
         ------

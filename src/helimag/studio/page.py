@@ -48,6 +48,8 @@ async def page(setting: Setting, link: str | None) -> None:
     ui.query("body").classes("hs-body")
     waiting = ui.label("helimag studio").classes("hs-waiting")
     await ui.context.client.connected(timeout=PATIENCE)
+    if ui.context.client.is_deleted:  # a browser that went away, or lost the line and asks for a page of its own
+        return
     waiting.delete()
     store = app.storage.tab
     problem = None

@@ -116,6 +116,11 @@ def boundary_line(dataset: "xarray.Dataset", verdict: str = "bounded") -> Bounda
         A sweep over two axes, on a grid or with points chosen by a plan's [boundary].
     verdict
         Whose boundary.
+
+    Returns
+    -------
+    BoundaryLine
+        Points (n, 2) half way between such runs, and their errors, SI.
     """
     names, points, flags = flat_points(dataset)
     spans = np.ptp(points, axis=0)

@@ -60,6 +60,11 @@ def load_sweep(path: str | Path) -> "xarray.Dataset":
 def swept_in(dataset: "xarray.Dataset") -> "xarray.Dataset":
     """A sweep that :func:`export` wrote as netCDF, as :func:`load_sweep` gives its store.
 
+    Returns
+    -------
+    xarray.Dataset
+        SI, over the plan's axes.
+
     Raises
     ------
     InputError

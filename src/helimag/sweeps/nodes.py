@@ -48,6 +48,11 @@ class Nodes:
 def nodes_of(dataset: "xarray.Dataset") -> Nodes:
     """Nodes of a sweep, as opened by :func:`helimag.load_sweep`.
 
+    Returns
+    -------
+    Nodes
+        Scenarios and verdicts by index.
+
     Raises
     ------
     InputError

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from helimag.engine import method_named
 from helimag.ensembles import RUNS
 from helimag.errors import InputError
 from helimag.files import text_of, toml_tables
@@ -67,6 +68,12 @@ def _judged(word: str) -> str:
     return word
 
 
+def _known_method(name: str) -> str:
+    """The name of a method that takes steps."""
+    method_named(name)
+    return name
+
+
 class Boundary(Part):
     """Spend runs where the verdict changes, over two axes that give a coarse grid to begin with.
 
@@ -94,12 +101,17 @@ class EnsembleTable(Part):
 
 
 class Plan(Part):
-    """What a sweep runs and keeps."""
+    """What a sweep runs and keeps.
+
+    ``method`` is that of :func:`helimag.simulate`; left out, a new store takes its default, and one that was begun goes
+    on with its own.
+    """
 
     name: str = "sweep"
     base: str | Scenario
     changes: dict[str, Any] = {}
     duration: Time | None = None
+    method: Annotated[str, AfterValidator(_known_method)] | None = None
     samples: int = Field(default=100, ge=20, le=100_000)
     axis: tuple[Axis, ...] = Field(min_length=1)
     sample: Sampling | None = None
@@ -129,7 +141,13 @@ class Plan(Part):
         return self
 
     def to_toml(self) -> str:
-        """The plan as a file's text."""
+        """The plan as a file's text.
+
+        Returns
+        -------
+        str
+            Which :func:`parse_plan` reads.
+        """
         import tomli_w
 
         data = self.model_dump(mode="json", exclude_none=True)
@@ -138,6 +156,11 @@ class Plan(Part):
 
 def with_ensemble(plan: Plan, given: Mapping[str, object]) -> Plan:
     """A plan with entries of its ``[ensemble]`` set, whether or not it has one; values as a file would have them.
+
+    Returns
+    -------
+    Plan
+        A copy.
 
     Raises
     ------
@@ -150,6 +173,11 @@ def with_ensemble(plan: Plan, given: Mapping[str, object]) -> Plan:
 
 def parse_plan(text: str, source: str = "plan") -> Plan:
     """Read a plan from TOML text; ``source`` names it in messages.
+
+    Returns
+    -------
+    Plan
+        Checked.
 
     Raises
     ------
@@ -166,6 +194,11 @@ def parse_plan(text: str, source: str = "plan") -> Plan:
 
 def load_plan(path: str | Path) -> Plan:
     """Read a plan file; the paths of a base scenario and of a fit in it are relative to the file.
+
+    Returns
+    -------
+    Plan
+        Checked.
 
     Raises
     ------

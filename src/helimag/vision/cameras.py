@@ -142,6 +142,11 @@ class Rig:
     def load(cls, path: str | Path) -> "Rig":
         """Read what :meth:`save` wrote.
 
+        Returns
+        -------
+        Rig
+            As it was saved.
+
         Raises
         ------
         FileError

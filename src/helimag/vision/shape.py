@@ -28,6 +28,11 @@ class Shape:
     def of(cls, device: Device) -> "Shape":
         """The shape of a scenario's device.
 
+        Returns
+        -------
+        Shape
+            In m.
+
         Raises
         ------
         InputError

@@ -80,6 +80,11 @@ def agreement(
     progress
         Called with the fraction done.
 
+    Returns
+    -------
+    Agreement
+        How each of the starts ended by either model.
+
     Raises
     ------
     InputError

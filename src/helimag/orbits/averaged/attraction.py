@@ -124,6 +124,11 @@ def basin(
     progress
         Called with the fraction done, some times a second. What it raises stops the search.
 
+    Returns
+    -------
+    Basin
+        How the run from each cell ends.
+
     Raises
     ------
     InputError
@@ -170,6 +175,11 @@ def basin_by_flow(
         As for :func:`basin`.
     progress
         Called with the fraction done, some times a second. What it raises stops the search.
+
+    Returns
+    -------
+    Basin
+        How the averaged run from each cell ends.
 
     Raises
     ------

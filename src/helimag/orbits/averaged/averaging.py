@@ -58,7 +58,13 @@ class SlowFlow:
     settled: NDArray[np.bool_]
 
     def at(self, places: Floats) -> Floats:
-        """Velocity (n, 3) at places (n, 3), by tricubic splines; nan outside the grid or where nothing settles."""
+        """Velocity (n, 3) at places (n, 3), by tricubic splines; nan outside the grid or where nothing settles.
+
+        Returns
+        -------
+        ndarray
+            (n, 3), m/s.
+        """
         from scipy.ndimage import map_coordinates
 
         index = self._index(places)
@@ -72,7 +78,13 @@ class SlowFlow:
         return np.asarray(out)
 
     def state_at(self, place: Floats) -> Floats:
-        """State (7,) at a place: the attitude of the nearest node."""
+        """State (7,) at a place: the attitude of the nearest node.
+
+        Returns
+        -------
+        ndarray
+            (7,): place and attitude.
+        """
         near = np.clip(self._index(place[None]).round().astype(int)[:, 0], 0, np.array(self.settled.shape) - 1)
         state: Floats = self.states[tuple(near)].copy()
         state[:3] = place
@@ -115,6 +127,11 @@ def slow_flow(
         0 for attitudes that settle in a place that is held; each further stage lets them lag behind the drift better.
     progress
         Called with the fraction done, some times a second. What it raises stops the search.
+
+    Returns
+    -------
+    SlowFlow
+        Velocities (m/s) on the grid, nan where nothing settles.
 
     Raises
     ------

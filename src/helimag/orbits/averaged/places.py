@@ -16,6 +16,11 @@ def box_around(orbit: Orbit, *, reach: float | None = None) -> tuple[Floats, Flo
     reach
         How far the box goes on each side, m. Default: 0.36 of ``drive.distance``.
 
+    Returns
+    -------
+    tuple of ndarray
+        Lowest and highest corner.
+
     Raises
     ------
     InputError

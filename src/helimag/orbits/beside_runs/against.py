@@ -90,7 +90,13 @@ class OrbitComparison:
         return np.asarray(self.decided & ((self.verdicts == str(Verdict.BOUNDED)) == self.stable))
 
     def share(self, *, beside: bool = False) -> float:
-        """Share that agrees away from the boundary: of decided runs, or of runs beside the orbit where it is stable."""
+        """Share that agrees away from the boundary: of decided runs, or of runs beside the orbit where it is stable.
+
+        Returns
+        -------
+        float
+            In [0, 1]; nan of nothing.
+        """
         told, counted = self._told_beside if beside else (self.agree, self.decided)
         counted = counted & self.away
         return float(told[counted].mean()) if counted.any() else float("nan")
@@ -148,6 +154,11 @@ def compare_with_orbits(
         Of the runs, text, of the grid's shape; empty where there is none.
     progress
         Called with a rough fraction done, some times a second. What it raises stops the search.
+
+    Returns
+    -------
+    OrbitComparison
+        The orbit and the case at each node, and how many agree.
 
     Raises
     ------

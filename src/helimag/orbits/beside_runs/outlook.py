@@ -54,6 +54,11 @@ def explain(trajectory: Trajectory, *, progress: Callable[[float], None] | None 
     progress
         Called with a rough fraction done, some times a second. What it raises stops the search.
 
+    Returns
+    -------
+    Outlook
+        Its future as a word of :mod:`helimag.outcomes` and as a sentence, and the orbit where one was found.
+
     Raises
     ------
     InputError

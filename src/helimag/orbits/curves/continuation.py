@@ -113,6 +113,11 @@ def follow(
     progress
         Called with a rough fraction done, some times a second. What it raises stops the search.
 
+    Returns
+    -------
+    Branch
+        Points in order of arclength; where stability changes as events.
+
     Raises
     ------
     InputError

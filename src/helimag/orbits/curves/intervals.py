@@ -52,6 +52,11 @@ def stable_interval(
     progress
         Called with a rough fraction done, some times a second. What it raises stops the search.
 
+    Returns
+    -------
+    StableInterval
+        Its ends, and what happens there.
+
     Raises
     ------
     InputError

@@ -45,7 +45,13 @@ class StabilityMap:
         return np.isfinite(self.growth)
 
     def scenario_at(self, i: int, j: int) -> Scenario:
-        """The scenario of one node."""
+        """The scenario of one node.
+
+        Returns
+        -------
+        Scenario
+            With both inputs as at the node.
+        """
         values = float(self.values[0][i]), float(self.values[1][j])
         return varied(self.scenario, dict(zip(self.paths, values, strict=True)))
 
@@ -93,6 +99,11 @@ def stability_map(
         Stable orbits within the grid to begin from, besides those that runs lead to at a few nodes.
     progress
         Called with a rough fraction done, some times a second. What it raises stops the search.
+
+    Returns
+    -------
+    StabilityMap
+        Growth (1/s) and state of the orbit at each node.
 
     Notes
     -----

@@ -84,6 +84,11 @@ def all_branches(
     progress
         Called with a rough fraction done, some times a second. What it raises stops the search.
 
+    Returns
+    -------
+    list of Branch
+        Each with its points in order of arclength and its events.
+
     Raises
     ------
     InputError

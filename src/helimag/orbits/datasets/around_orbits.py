@@ -24,6 +24,11 @@ def flow_dataset(
     ----------
     captured
         A basin of that orbit, whose starts go with it.
+
+    Returns
+    -------
+    xarray.Dataset
+        SI, moving frame.
     """
     dims = ("x", "y", "z")
     data = {

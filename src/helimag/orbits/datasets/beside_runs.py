@@ -35,6 +35,11 @@ def comparison_dataset(
         By dotted path; text is numbered.
     dimensions
         Of the grid, in order. One that a single input runs along gets that input's name.
+
+    Returns
+    -------
+    xarray.Dataset
+        SI, over the grid.
     """
     paths = {dim: [path for path, given in inputs.items() if given.dimension == dim] for dim in dimensions}
     names = {dim: on[0].replace(".", "_") if len(on) == 1 else dim for dim, on in paths.items()}

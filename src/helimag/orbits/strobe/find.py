@@ -101,6 +101,11 @@ def list_orbits(
     progress
         Called with a rough fraction done, some times a second. What it raises stops the search.
 
+    Returns
+    -------
+    list of Orbit
+        Each once.
+
     Raises
     ------
     InputError
@@ -142,6 +147,11 @@ def find_orbits(
         (n, 7): a state for each, moving frame.
     progress
         Called with the fraction of searches done, some times a second. What it raises stops the search.
+
+    Returns
+    -------
+    list of Orbit
+        One for each start, found or not.
 
     Raises
     ------

@@ -205,6 +205,11 @@ class Cell(Part):
 def load_arm(arm: str | Path) -> Arm:
     """Load an arm: the name of one that comes with helimag (``kr10_r1100_2``), or the path of a TOML file.
 
+    Returns
+    -------
+    Arm
+        With dimensions in m and limits in rad.
+
     Raises
     ------
     FileError
@@ -222,6 +227,11 @@ def load_cell(cell: str | Path | None = None) -> Cell:
     """Load a cell: a TOML file, the name of one that comes with helimag (``wide``), or the default cell.
 
     Its ``arm`` is a name, or a path beside the file.
+
+    Returns
+    -------
+    Cell
+        With its arm, its boxes (m, lab frame) and what it allows.
 
     Raises
     ------

@@ -93,7 +93,13 @@ class ArmPlan:
         return self.path.duration + math.fsum(unwinding.duration for unwinding in self.unwindings)
 
     def programme_time(self, times: Floats) -> Floats:
-        """When the programme is at these path times (s); an unwinding comes before the path goes on."""
+        """When the programme is at these path times (s); an unwinding comes before the path goes on.
+
+        Returns
+        -------
+        ndarray
+            As many, s.
+        """
         return np.asarray(times + sum((times >= u.time) * u.duration for u in self.unwindings))
 
 
@@ -125,6 +131,11 @@ def plan(scenario: Scenario, cell: Cell, *, unwind: bool = False) -> ArmPlan:
     ----------
     unwind
         Where a wrist axis runs into its limit, stop there and turn it back by whole turns.
+
+    Returns
+    -------
+    ArmPlan
+        Feasible or not; where not, with the first offence.
 
     Raises
     ------

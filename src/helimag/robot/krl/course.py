@@ -46,7 +46,7 @@ class Piece:
 
 
 def check_course(pieces: Sequence[Piece]) -> None:
-    """Raise InputError where the course of a spline block hangs on the controller, or the arm slows down in it.
+    """Raise InputError where the course of a spline block depends on the controller, or the arm slows down in it.
 
     A smooth curve through points leaves a chord of length L by no more than L/4 times the angle between the chords
     that meet at its ends: a cubic whose slope is that angle at both. The same holds for the turn of the tool, with

@@ -10,6 +10,11 @@ def krl_texts(source: str | Path) -> tuple[str, str]:
 
     The code itself is ASCII; comments are written in whatever encoding the editor had, and are not looked at.
 
+    Returns
+    -------
+    tuple of str
+        Of .src and .dat; the latter empty where there is none.
+
     Raises
     ------
     FileError

@@ -67,6 +67,11 @@ def play(src: str, dat: str, arm: Arm, *, interval: float = math.inf, inputs: Co
     inputs
         Numbers of the inputs that somebody answers on, so that the programme may wait for them.
 
+    Returns
+    -------
+    Playback
+        What arm and motor do over time.
+
     Raises
     ------
     InputError

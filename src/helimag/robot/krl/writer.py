@@ -136,6 +136,11 @@ _NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}")
 def checked_name(name: str) -> str:
     """The name, if it can name a KRL module.
 
+    Returns
+    -------
+    str
+        As given.
+
     Raises
     ------
     InputError
@@ -205,6 +210,11 @@ def write_krl(plan: ArmPlan, name: str, header: Sequence[str] = (), *, spline: b
         Lines of text that open the .src file as comments.
     spline
         Write spline motions: blocks of SPL and SCIRC from stop to stop, which keep $VEL.CP at their points.
+
+    Returns
+    -------
+    tuple of str
+        Of .src and .dat.
 
     Raises
     ------

@@ -67,6 +67,11 @@ class Session:
     def load(cls, path: str | Path) -> "Session":
         """Read a session's TOML file; folders are relative to it.
 
+        Returns
+        -------
+        Session
+            Checked.
+
         Raises
         ------
         FileError

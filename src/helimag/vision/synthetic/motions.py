@@ -27,6 +27,11 @@ def staged(kind: Kind, *, duration: float = 8.0, seed: int = 0) -> Trajectory:
         In which the tank is crossed (s); shorter is faster, and harder.
     seed
         Of phases, and of the sideways path.
+
+    Returns
+    -------
+    Trajectory
+        As if simulated.
     """
     if not duration > 10.0 * SAMPLE:
         raise InputError(f"duration must exceed {10.0 * SAMPLE} s; got {duration}")

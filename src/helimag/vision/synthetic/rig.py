@@ -74,6 +74,11 @@ def paper_rig(*, seed: int = 0, angle: float = 0.0, size: tuple[int, int] = (128
     angle
         Between each optical axis and the normal of its wall (rad), 0 to 0.7; the side that a camera leans to is drawn.
 
+    Returns
+    -------
+    Rig
+        Front and below.
+
     Raises
     ------
     InputError

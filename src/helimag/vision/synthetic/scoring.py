@@ -21,6 +21,11 @@ class Score(NamedTuple):
 def score(measured: Trajectory, truth: Trajectory) -> Score:
     """Compare sample by sample; ``truth`` is what rendering wrote beside the films, at the first film's frames.
 
+    Returns
+    -------
+    Score
+        Errors in m and rad.
+
     Raises
     ------
     InputError
