@@ -131,6 +131,7 @@ HANDSHAKE = {
     "lopsided": ("CM {X 0.000", "CM {X 5.000", "$LOAD.CM.X is 5"),
     "sluggish": ("J {X 0.010000", "J {X 0.100000", "$LOAD.J.X is 0.1"),
     "no load": (r"$LOAD=", "; $LOAD=", "$LOAD.M is not set"),
+    "a numbered tool's load": ("$ADVANCE=3", "TOOL_DATA[1]=$TOOL\nBAS (#TOOL,1)\n$ADVANCE=3", "$LOAD.M is not set"),
 }
 
 
