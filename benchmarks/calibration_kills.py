@@ -10,8 +10,9 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
+
+from killing import Killer
 
 from helimag.calibration import calibrate
 
@@ -56,24 +57,15 @@ def state(path: Path) -> tuple[int, int] | None:
 
 def torture(folder: Path, *, kills: int, particles: int, seed: int = 0) -> dict[str, object]:
     """Kill and resume; what came of it."""
-    chance = random.Random(seed)
+    killer = Killer(kills, random.Random(seed))
     plan, fit, kept = folder / "plan.toml", folder / "killed.nc", folder / "killed.nc.partial"
     plan.write_text(PLAN.format(particles=particles), encoding="utf-8")
-    landed, resumed, odd = 0, 0, set[str]()
+    resumed, odd = 0, set[str]()
     while True:
         before = state(kept)
         child = start(plan, fit)
-        if landed < kills:
-            wanted = (
-                chance.random() < 0.8
-            )  # once it has kept a step of its own; otherwise at any moment since its start
-            while wanted and state(kept) == before and child.poll() is None:
-                time.sleep(0.002)
-            time.sleep(chance.uniform(0.0, 0.05) if wanted else chance.uniform(0.2, 2.0))
-            child.send_signal(signal.SIGKILL)
-        status = child.wait()
+        status = killer.end(child, lambda before=before: state(kept) != before, share=0.8, within=0.05)
         resumed += before is not None
-        landed += status == -signal.SIGKILL
         odd |= {path.name for path in folder.iterdir() if not path.name.startswith(".")} - {
             plan.name,
             kept.name,
@@ -87,7 +79,7 @@ def torture(folder: Path, *, kills: int, particles: int, seed: int = 0) -> dict[
     calibrate(plan, output=alone)
     left = sorted(path.name for path in folder.iterdir() if path not in (plan, fit, alone))
     return {
-        "kills": landed,
+        "kills": killer.landed,
         "resumed": resumed,
         "same": fit.read_bytes() == alone.read_bytes(),
         "odd": sorted(odd),

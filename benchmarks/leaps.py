@@ -1,15 +1,19 @@
 """Leaps over turns of the magnet: work against precision beside direct steps (`random_runs.py` has runs of all kinds).
 
+    python benchmarks/leaps.py [--order 8]
+
+Orders are the turns that a leap's polynomial goes through before it; another than the engine's own is compiled first.
 Times are user CPU seconds of one core, the least of several, the methods in turn. Errors are against direct steps at a
 tolerance of 1e-11, after 100 s and over the whole run, at samples.
 """
 
+import argparse
 import math
 import resource
 
 import numpy as np
 
-from helimag.engine import DOP853, MULTIREVOLUTION, History, Method, advance
+from helimag.engine import DOP853, MULTIREVOLUTION, History, Method, advance, leaping, leaps
 from helimag.scenario import Scenario, load
 
 MIRRORED = {  # the other handedness, so that the device swims and is carried the other way along x
@@ -61,6 +65,9 @@ def work_and_precision(name: str, run: Scenario) -> None:
 
 def main() -> None:
     """Print all tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--order", type=int, default=leaps.ORDER, choices=range(2, leaps.ORDER + 2))
+    leaps.ORDER = leaping.ORDER = parser.parse_args().order
     preset = load("paper/fig3c")
     work_and_precision("paper/fig3c", preset)
     work_and_precision("nose-first/fig3c", load("nose-first/fig3c"))

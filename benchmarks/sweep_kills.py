@@ -10,8 +10,9 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
+
+from killing import Killer
 
 PLAN = """
 name = "kill me"
@@ -66,34 +67,27 @@ def files(store: Path) -> dict[str, bytes]:
 
 def torture(folder: Path, *, kills: int, count: int, seed: int = 0) -> dict[str, object]:
     """Kill and resume; what came of it."""
-    chance = random.Random(seed)
+    killer = Killer(kills, random.Random(seed))
     plan, store, log = folder / "plan.toml", folder / "killed.zarr", folder / "log"
     plan.write_text(PLAN.format(count=count, duration="60 s"), encoding="utf-8")
     log.touch()
-    begun = repeated = landed = 0
+    begun = repeated = 0
     while True:
         known, before = committed(plan, store), len(log.read_text().splitlines())
         child = start(plan, store, log)
-        if landed < kills:
-            if chance.random() < 0.7:  # while it computes and writes; otherwise at any moment since its start
-                while log.stat().st_size == before * 65 and child.poll() is None:
-                    time.sleep(0.01)
-                time.sleep(chance.uniform(0.0, 0.25))
-            else:
-                time.sleep(chance.uniform(0.2, 2.0))
-            child.send_signal(signal.SIGKILL)
-        status = child.wait()
+        status = killer.end(child, lambda size=before * 65: log.stat().st_size != size, share=0.7, within=0.25)
         ran = log.read_text().splitlines()[before:]
         begun += len(ran)
         repeated += len(known.intersection(ran)) + len(ran) - len(set(ran))
-        if status == 0:
+        if status != -signal.SIGKILL:
             break
-        landed += status == -signal.SIGKILL
+    if status != 0:
+        raise SystemExit(f"the sweep failed: {status}")
     alone = folder / "alone.zarr"
     if start(plan, alone, folder / "log-alone").wait() != 0:
         raise SystemExit("the sweep that was left alone failed")
     return {
-        "kills": landed,
+        "kills": killer.landed,
         "runs": 2 * count,
         "begun": begun,
         "repeated": repeated,

@@ -10,11 +10,12 @@ stopped, held = hm.simulate(stops), hm.simulate(holds)
 print(stopped.judgement.reason)
 print(held.judgement.reason)
 
-# the same run to the last bit, until a wall pushes
+# the same run until a wall pushes; the one that stops leaps over turns on its way there
 (surface,) = (touch for touch in held.touches if touch.wall == "surface")
 before = int(np.count_nonzero(held.dataset.walls.values.cumsum() == 0))
 common = min(before, stopped.dataset.time.size - 1)
-assert np.array_equal(stopped.dataset.position.values[:common], held.dataset.position.values[:common])
+apart = stopped.dataset.position.values[:common] - held.dataset.position.values[:common]
+assert np.abs(apart).max() < 1e-6
 assert stopped.dataset.time.values[-1] - surface.first < 0.1
 
 # nothing of the device is above the surface, and it has gone on along x

@@ -1,6 +1,9 @@
 """What the shell is taught, what plot refuses, and how presets are shown."""
 
 import json
+import sys
+
+import pytest
 
 import helimag as hm
 from command_line import run
@@ -63,6 +66,33 @@ def test_vision_writes_only_what_it_is_told_to(tmp_path, monkeypatch):
     told = run("vision", "calibrate", "none.toml", "-o", "rig.nc")
     assert told.status == 2
     assert "--output must end in .json (the rig)" in told.err
+
+
+def test_a_clip_is_looked_at_before_the_films(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.mp4", "b.mp4", "rig.json"):
+        (tmp_path / name).write_text("no film")
+    track = ("vision", "track", "a.mp4", "b.mp4", "--rig", "rig.json", "--gap", "0.1 m", "--review")
+    for clip, message in (
+        ("clip.mov", "--review must end in .mp4, .avi (a clip); got 'clip.mov'"),
+        ("new/clip.mp4", "new/clip.mp4 cannot be written: there is no folder 'new'"),
+        ("./b.mp4", "--review must not be one of the films; got 'b.mp4'"),
+    ):
+        assert run(*track, clip) == (2, "", f"helimag: {message}\n")
+
+
+FILMING = [("simulate", "paper/fig3c"), ("plot", "run.nc"), ("robot", "replay", "log.csv", "paper/fig3c")]
+
+
+@pytest.mark.parametrize("words", FILMING, ids=" ".join)
+def test_a_film_without_pyav_is_refused_before_the_run(words, tmp_path, monkeypatch):
+    """Neither run.nc nor log.csv is there: what is to be written is looked at first."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "av", None)
+    said = run(*words, "-o", "film.MP4")
+    assert (said.status, said.out) == (2, "")
+    assert said.err.startswith("helimag: filming needs av: ")
+    assert list(tmp_path.iterdir()) == []
 
 
 SWEEP = """

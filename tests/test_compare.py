@@ -1,11 +1,13 @@
 """Measured beside simulated: known shifts are found, gains and verdicts agree, uncertainty is carried."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from command_line import Said
 from helimag.cli import app
 from helimag.errors import InputError
 from helimag.runs.comparison import compare
@@ -187,3 +189,17 @@ def test_a_simulation_in_place_of_a_measurement_is_named(capsys, tmp_path) -> No
     for name, said in (("run.nc", True), ("film.nc", False)):
         app(["compare", str(tmp_path / name), str(tmp_path / "run.nc")])
         assert ("the run taken as measured is a simulation itself" in capsys.readouterr().out) is said
+
+
+def test_a_track_without_standard_deviations_claims_no_interval(tmp_path: Path, helimag: Callable[..., Said]) -> None:
+    rows = "\n".join(f"{0.1 * k:.1f},{0.8e-1 * k:.4f},0,{-0.03 * k:.4f}" for k in range(40))
+    (tmp_path / "t.csv").write_text(f"time [s],x [mm],y [mm],z [mm]\n{rows}\n")
+    said = helimag("vision", "import", tmp_path / "t.csv", "--gap", "102 mm", "-o", tmp_path / "t.nc")
+    assert "95 % interval not known: the track has no standard deviations" in said.out
+    assert "settled" not in said.out
+    staged("held", duration=4.0).save(tmp_path / "s.nc")
+    words = ("compare", tmp_path / "t.nc", tmp_path / "s.nc", "--align", "start")
+    assert "measured 95 % interval not known" in helimag(*words).out
+    numbers = json.loads(helimag(*words, "--json").out)
+    assert numbers["measured"]["gain_95"] is numbers["measured"]["output_y_95_m"] is numbers["agrees"] is None
+    assert numbers["measured"]["gain"] == pytest.approx(1.17 / 102.0, rel=1e-6)

@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 
 import helimag as hm
 import oracles
-from helimag.engine import advance, system_of
+from helimag.engine import DOP853, advance, system_of
 from helimag.engine.packing import pack_bodies
 from helimag.geometry import body_rotations
 from helimag.orbits import explain
@@ -282,7 +282,7 @@ def test_smaller_steps_converge():
 def test_a_run_that_touches_nothing_is_the_same_to_the_last_bit():
     stops = hm.load("nose-first/table1-row1").replaced({"run.duration": "30 s"})
     holds = stops.replaced({"workspace.contact": "hold"})
-    (stopping,), (holding,) = advance([stops]), advance([holds])
+    (stopping,), (holding,) = advance([stops], method=DOP853), advance([holds])
     assert np.array_equal(stopping.states, holding.states)
     assert stopping.steps == holding.steps
     assert not holding.touches

@@ -30,19 +30,20 @@ def same(one, other, within=1e-9):
 @needs_gpu
 @pytest.mark.parametrize("scenario", [SHORT, IN_TANK, HELD, NEAR], ids=["open water", "tank", "held", "near walls"])
 def test_a_run_is_the_same_on_the_gpu(scenario):
-    same(advance([scenario], device="cuda"), advance([scenario]))
+    same(*(advance([scenario], method=DOP853, device=device) for device in ("cuda", "cpu")))
 
 
 @needs_gpu
 def test_leaps_are_the_same_on_the_gpu():
+    """Less closely than steps: how far a leap goes is a whole number, by an error that is rounded differently."""
     long = SHORT.replaced({"run.duration": "100 s"})
-    same(*(advance([long], method=MULTIREVOLUTION, device=device) for device in ("cuda", "cpu")), within=1e-8)
+    same(*(advance([long], device=device) for device in ("cuda", "cpu")), within=1e-8)
 
 
 @needs_gpu
 def test_a_batch_of_different_runs_is_the_same_on_the_gpu():
     batch = [SHORT.replaced({"drive.frequency": f"{2.0 + 0.05 * i} Hz"}) for i in range(40)] + [HELD]
-    same(advance(batch, device="cuda"), advance(batch))
+    same(*(advance(batch, method=DOP853, device=device) for device in ("cuda", "cpu")))
 
 
 @needs_gpu
@@ -52,7 +53,7 @@ def test_a_run_goes_from_the_command_to_the_gpu(tmp_path):
     )
     assert found.code == 0
     there = hm.Trajectory.load(tmp_path / "r.nc").dataset.position.values
-    assert np.abs(there - hm.simulate(SHORT).dataset.position.values).max() < 1e-9
+    assert np.abs(there - hm.simulate(SHORT).dataset.position.values).max() < 1e-8
 
 
 @pytest.mark.skipif(GPU, reason="this machine has a CUDA device")

@@ -88,6 +88,7 @@ def test_the_command_and_what_it_refuses(fit, helimag, tmp_path, monkeypatch):
     assert told["inputs"]["drive.pitch"]["tolerance"] is None
     for options, said in (
         (["--ensemble", "fit.nc", "--limit", "device.weight.net_weight=20 uN..30 uN"], "the calibration decides it"),
+        (["--ensemble", "fit.nc", "--limit", "device.helix.length=3 mm..4 mm"], "says nothing of others"),
         (["--noise", "drive.pitch=1 deg"], "--noise goes with --ensemble only"),
         (["--ensemble", "fit.nc", "--set", "device.helix.length=4 mm"], "of another device: device.helix.length"),
         (["--ensemble", "base.toml"], "cannot be read as netCDF"),

@@ -14,7 +14,7 @@ from scipy.integrate import DOP853 as SCIPY_DOP853
 
 import helimag as hm
 import oracles
-from helimag.engine import MAGNET_MODELS, Control, Medium, Method, advance, advancing, build_rates, system_of
+from helimag.engine import DOP853, MAGNET_MODELS, Control, Medium, Method, advance, advancing, build_rates, system_of
 from helimag.engine import running as running_module
 from helimag.engine.control import scaled_square
 from helimag.engine.kernels import ready
@@ -91,7 +91,7 @@ RK4 = Method("RK4", 5, build_rk4, safety=0.8, growth=1.5)
 
 def test_another_method_gives_the_same_run_samples_and_events():
     run = scenario("30 s", distance=0.040, beta=np.radians(5.0))
-    (ours,), (theirs,) = advance([run]), advance([run], method=RK4, tolerance=1e-8)
+    (ours,), (theirs,) = advance([run], method=DOP853), advance([run], method=RK4, tolerance=1e-8)
     assert theirs.status is ours.status is End.CONTACT
     assert theirs.steps > 2 * ours.steps
     assert theirs.time[-1] == pytest.approx(ours.time[-1], abs=5e-6)
@@ -175,8 +175,8 @@ def halved(magnet: FieldSource, r: wp.vec3d, axis: wp.vec3d, m: wp.vec3d):
 
 def test_a_new_magnet_model():
     weak, strong = scenario("20 s", magnets=[((0.0, 0.0, 0.0), 9.445)]), scenario("20 s")
-    (expected,) = advance([weak])
-    (found,) = advance([strong], system=lambda given: replace(system_of(given), magnet=halved))
+    (expected,) = advance([weak], method=DOP853)
+    (found,) = advance([strong], method=DOP853, system=lambda given: replace(system_of(given), magnet=halved))
     assert halved not in MAGNET_MODELS.values()
     np.testing.assert_allclose(found.states, expected.states, atol=1e-9)
 
@@ -197,11 +197,11 @@ def test_what_comes_out_does_not_depend_on_where_launches_end(monkeypatch):
 
 
 def test_a_long_run_is_stopped_at_once_keeps_what_it_has_and_goes_on_to_the_same_numbers():
-    """Ten hours, given up after a moment: within half a second, and nothing of what was computed is lost."""
+    """Ten hours of direct steps, given up after a moment: within half a second, and nothing computed is lost."""
     run = hm.load("nose-first/fig3c").replaced(
         {"drive.frequency": "2.5 Hz", "run.duration": "10 h", "run.interval": "1 s"}
     )
-    looks = advancing([run])
+    looks = advancing([run], method=DOP853)
     with closing(looks):
         for underway in looks:
             if underway.fraction > 0.001:
@@ -215,7 +215,7 @@ def test_a_long_run_is_stopped_at_once_keeps_what_it_has_and_goes_on_to_the_same
     assert np.array_equal(kept.time, np.arange(kept.time.size))
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("helimag-runs")]
     short = run.replaced({"run.duration": "600 s", "run.interval": "1 s"})
-    np.testing.assert_array_equal(kept.states[:30], advance([short])[0].states[:30])
+    np.testing.assert_array_equal(kept.states[:30], advance([short], method=DOP853)[0].states[:30])
 
     with pytest.raises(hm.InputError, match="same scenarios"):
         next(advancing([short], after=[kept]))

@@ -1,5 +1,8 @@
 """Damaged netCDF files of runs: read as what they say, or refused in a line; never an exception of a library's."""
 
+import copy
+import json
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -7,6 +10,7 @@ from hypothesis import strategies as st
 
 import helimag as hm
 from helimag.runs import write_netcdf
+from helimag.vision import Rig, paper_rig
 
 RUN = hm.Trajectory.from_arrays(
     np.arange(5.0),
@@ -98,3 +102,74 @@ def test_what_no_run_can_be_is_refused(tmp_path, spoil, words):
     write_netcdf(spoil(RUN.dataset), tmp_path / "a.nc")
     with pytest.raises(hm.HelimagError, match=words):
         hm.Trajectory.load(tmp_path / "a.nc")
+
+
+# what numbers of a file may be changed to
+WILD = [None, -1, 1e308, 1e-320, float("nan"), float("inf"), "x", [], {}, [[1.0]], 10**400]
+
+
+def places(content, path=()):
+    """Where something stands in nested JSON."""
+    entries = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
+    for key, value in entries:
+        yield (*path, key)
+        yield from places(value, (*path, key))
+
+
+def changed(content, path, value):
+    new = copy.deepcopy(content)
+    at = new
+    for key in path[:-1]:
+        at = at[key]
+    at[path[-1]] = value
+    return new
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    path = tmp_path_factory.mktemp("rig") / "rig.json"
+    paper_rig(seed=1).save(path)
+    return path
+
+
+def test_no_changed_number_of_a_rig_passes(rig, tmp_path):
+    """By its checksum; and without one, what no cameras and no tank can be is refused all the same."""
+    content = json.loads(rig.read_text())
+    plain = {key: value for key, value in content.items() if key != "sha256"}
+    target = tmp_path / "changed.json"
+    target.write_text(json.dumps(plain))
+    assert Rig.load(target).cameras[0].size == Rig.load(rig).cameras[0].size
+    for path in places(plain):
+        target.write_text(json.dumps(changed(content, path, 1.25)))
+        with pytest.raises(hm.InputError, match="changed since; who means that takes its sha256 out"):
+            Rig.load(target)
+        if path[0] in {"notes", "variants"} or path[-1] in {"name", "wall"}:
+            continue
+        for value in WILD:
+            target.write_text(json.dumps(changed(plain, path, value)))
+            try:
+                Rig.load(target)
+            except hm.InputError as error:
+                assert str(error).startswith(f"{target} is not a calibrated pair of cameras")  # noqa: PT017
+            else:
+                assert value in {-1, 1e-320} if isinstance(value, float | int) else False, (path, value)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        (("cameras", 0, "rotation", 0, 0), 0.5, "camera 'front': rotation must be a turn"),
+        (("cameras", 1, "matrix_px", 0, 0), -800.0, "matrix_px must be"),
+        (("cameras", 0, "wall", "indices", 2), 14.7, "wall.indices must be between 1 and 3; got 14.7"),
+        (("cameras", 0, "wall", "thickness_m"), 4.0, "wall.thickness_m must be up to 1 m"),
+        (("cameras", 0, "size_px", 1), 0, "size_px must be between 1 and 100000"),
+        (("tank_m", 0, 0), 0.9, "tank_m must be its lowest and its highest corner"),
+        (("accuracy_m",), -1e-4, "accuracy_m must be between 0 and 1 m"),
+    ],
+)
+def test_what_no_rig_can_be_is_named(rig, tmp_path, path, value, words):
+    content = json.loads(rig.read_text())
+    del content["sha256"]
+    (tmp_path / "a.json").write_text(json.dumps(changed(content, path, value)))
+    with pytest.raises(hm.InputError, match=words):
+        Rig.load(tmp_path / "a.json")

@@ -172,3 +172,19 @@ def test_a_few_samples_do_not_tell_whether_a_run_has_settled():
         result = judge(heights(0.0, time=np.linspace(0.0, 1800.0, count)))
         assert result.verdict is verdict
         assert ("too few" in result.reason) == (count == 20)
+
+
+def test_angles_of_the_second_half_are_means_over_time_not_over_samples():
+    """Beside a sum by hand over intervals of all lengths; a run of one sample has that sample's."""
+    random = np.random.default_rng(4)
+    time = np.concatenate([[0.0], np.cumsum(random.uniform(0.1, 10.0, 400))])
+    attack, more = random.normal(0.2, 0.1, time.size), random.uniform(0.01, 0.02, time.size)
+    result = judge(heights(0.0, time=time, attack=attack, square=attack**2 + more))
+    late = [i for i in range(1, time.size) if time[i] >= time[-1] / 2.0]
+    total = sum(time[i] - time[i - 1] for i in late)
+    mean = sum((time[i] - time[i - 1]) * attack[i] for i in late) / total
+    square = sum((time[i] - time[i - 1]) * (attack[i] ** 2 + more[i]) for i in late) / total
+    assert result.attack_angle == pytest.approx(mean, rel=1e-12)
+    assert result.wobble == pytest.approx(np.sqrt(square - mean**2), rel=1e-9)
+    alone = judge(heights(0.0, time=np.array([5.0]), attack=0.3, end=End.CONTACT))
+    assert alone.attack_angle == pytest.approx(0.3, rel=1e-15)

@@ -51,6 +51,14 @@ def test_the_end_that_leads_points_where_the_drive_goes(scenario, changes, way):
         np.testing.assert_allclose(turned[:, 1], side, atol=1e-12)  # beside the magnet's moment
 
 
+def test_who_changes_a_start_changes_no_other_run():
+    for heading in ("head", "helix", None):
+        scenario = hm.load("nose-first/fig3c").replaced({"drive.heading": heading})
+        before = start_attitude(scenario).tolist()
+        start_attitude(scenario)[:] = 0.0
+        assert start_attitude(scenario).tolist() == before
+
+
 def test_left_out_it_is_level_along_x_whatever_the_drive():
     for scenario in (STRAIGHT, STRAIGHT.replaced(BACK), CIRCLE.replaced(REVERSED), SAMPLED):
         np.testing.assert_array_equal(start_state(scenario), [*scenario.drive.start, 1.0, 0.0, 0.0, 0.0])

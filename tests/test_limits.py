@@ -138,3 +138,16 @@ def test_a_run_of_decades_is_stopped_by_ctrl_c():
     assert under_way.returncode == 130
     assert err.splitlines()[-1] == "helimag: interrupted"
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("module", ["helimag.cli", "helimag.cli.design", "cyclopts"])
+def test_ctrl_c_while_the_command_is_still_being_read(module):
+    code = (
+        "import sys\nclass Stopped:\n    def find_spec(self, name, *_):\n"
+        f"        if name == '{module}': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Stopped())\nfrom helimag.__main__ import main\nmain()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "presets"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "helimag: interrupted\n")

@@ -80,6 +80,14 @@ def test_a_figure_states_the_inputs():
     assert any("pitch 13 deg, distance 102 mm, yaw rate 0 deg/s, speed 0.825 mm/s" in text for text in texts)
 
 
+@pytest.mark.parametrize("name", ["a\nb", "a\r", "\x1b[31mred", "a\u2028b", "tab\there", "\x00", "\ud800"])
+def test_a_name_is_one_line(name):
+    """It is printed, drawn, and written into programmes."""
+    with pytest.raises(hm.InputError, match="name must be one line without control characters; got '") as caught:
+        FIG3C.replaced({"name": name})
+    assert str(caught.value).isprintable()
+
+
 def test_objects_show_themselves_shortly_and_without_markup():
     """In a terminal a line, in a notebook a table; a name is text, whatever it holds."""
     scenario = hm.load("nose-first/fig3c").replaced({"name": "<script>alert(1)</script>", "drive.pitch": "12 deg"})

@@ -4,6 +4,7 @@ import pytest
 
 import helimag as hm
 from command_line import run
+from helimag.runs import read_netcdf, write_netcdf
 
 SCENARIO = ("paper/fig3c", "--set", "drive.pitch=14.4 deg", "--set", "drive.distance=148 mm")
 PITCH = ("--vary", "drive.pitch", "--from", "14.2 deg", "--to", "14.6 deg")
@@ -38,6 +39,11 @@ def test_what_orbit_wrote_is_drawn_as_orbit_drew_it(kind, tmp_path, monkeypatch)
     assert made.out.endswith("  written to    it.nc\n  written to    made.png\n")
     drawn = run("plot", "it.nc", "-o", "drawn.png")
     assert drawn == (0, f"it.nc: {kind}\n  written to    drawn.png\n", "")
+    if kind == "orbits":
+        write_netcdf(read_netcdf("it.nc").isel(orbit=[]), "none.nc")
+        said = run("plot", "none.nc", "-o", "none.png")
+        told = "none.nc: there are no orbits in this file: none was found, or it is damaged"
+        assert said == (2, "", f"helimag: {told}\n")
     assert (tmp_path / "drawn.png").read_bytes() == (tmp_path / "made.png").read_bytes()
 
 

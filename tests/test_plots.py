@@ -114,8 +114,9 @@ def test_measured_run_is_drawn_without_a_magnet(measured, tmp_path):
 
 def test_run_without_a_position_is_refused(measured):
     blind = Trajectory(measured.dataset.assign(position=measured.dataset.position * np.nan))
-    with pytest.raises(InputError, match="at least one sample with a finite position"):
-        plots.draw_run(blind)
+    for few in (blind, Trajectory(measured.dataset.isel(time=[0]))):
+        with pytest.raises(InputError, match="at least two samples with a finite position"):
+            plots.draw_run(few)
 
 
 def test_lag_is_left_out_while_the_device_slips(run):

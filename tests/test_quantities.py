@@ -69,6 +69,38 @@ PASTED = [
     ("1 kg/(m s)", q.VISCOSITY, 1.0),
     ("1000 cP", q.VISCOSITY, 1.0),
     ("28.28 \u00b5N", q.FORCE, 28.28e-6),
+    ("3.5 rps", q.FREQUENCY, 3.5),
+    ("0.5 rps", q.ANGULAR_RATE, math.pi),
+    ("210 RPM", q.FREQUENCY, 3.5),
+    ("210 r/min", q.FREQUENCY, 3.5),
+    ("210 U/min", q.FREQUENCY, 3.5),
+    ("210 min\u207b\u00b9", q.FREQUENCY, 3.5),
+    ("3.3 /s", q.FREQUENCY, 3.3),
+    ("3.3 s^{-1}", q.FREQUENCY, 3.3),
+    ("3.3 rev per s", q.FREQUENCY, 3.3),
+    ("3.3 hz", q.FREQUENCY, 3.3),
+    ("0.97 g/cc", q.DENSITY, 970.0),
+    ("0.97 kg/dm\u00b3", q.DENSITY, 970.0),
+    ("971 kg/m^{3}", q.DENSITY, 971.0),
+    ("0.002 kgm\u00b2", q.INERTIA, 0.002),
+    ("20 gcm2", q.INERTIA, 2e-6),
+    ("1000 mPa-s", q.VISCOSITY, 1.0),
+    ("1 N\u00b7s\u00b7m\u207b\u00b2", q.VISCOSITY, 1.0),
+    ("10 dyn s/cm2", q.VISCOSITY, 1.0),
+    ("13.5 kGauss", q.REMANENCE, 1.35),
+    ("1.35 Tesla", q.REMANENCE, 1.35),
+    ("1.35 V s/m\u00b2", q.REMANENCE, 1.35),
+    ("18890 emu", q.MOMENT, 18.89),
+    ("18.89 Nm/T", q.MOMENT, 18.89),
+    ("18 \u00b0 s\u207b\u00b9", q.ANGULAR_RATE, math.pi / 10),
+    ("18 degrees per second", q.ANGULAR_RATE, math.pi / 10),
+    ("1.5\u00b710\u207b\u00b3 m", q.LENGTH, 0.0015),
+    ("5 \u212b", q.LENGTH, 5e-10),
+    ("5 \u339b", q.LENGTH, 5e-6),
+    ("\uff15\u202fmm", q.LENGTH, 0.005),
+    ("5\u200bmm", q.LENGTH, 0.005),
+    ("5 microns", q.LENGTH, 5e-6),
+    ("0.5 hr", q.TIME, 1800.0),
 ]
 
 
@@ -101,7 +133,21 @@ def test_units_in_use_are_to_the_bit_what_pint_says(kind):
 
 
 @pytest.mark.parametrize(
-    "text", ["6 rad/s", "6 deg/s", "2 rev", "3 Hz Hz", "5 m 3", "5 1/", "5 1", "5 \u00b0C", "1,5 Hz"]
+    "text",
+    [
+        "6 rad/s",
+        "6 deg/s",
+        "2 rev",
+        "3 Hz Hz",
+        "5 m 3",
+        "5 1/",
+        "5 1",
+        "5 \u00b0C",
+        "1,5 Hz",
+        "5 r",
+        "3 cps",
+        "1 500 Hz",
+    ],
 )
 def test_what_is_no_frequency_is_refused(text):
     with pytest.raises(InputError, match="must be a frequency such as"):

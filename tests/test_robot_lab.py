@@ -62,6 +62,13 @@ def test_programmes_with_all_options_read_back_as_the_plan(kind, spline):
     assert found.acceptable
 
 
+@pytest.mark.parametrize("waits", ["$IN[7]==TRUE", "($IN[7])", "$IN[7]<>FALSE"])
+def test_a_wait_may_be_written_as_people_do(waits):
+    src, _ = written("line")
+    assert differences(src.replace("WAIT FOR $IN[7]", f"WAIT FOR {waits}")) == ()
+    assert differences(src.replace("WAIT FOR $IN[7]", "WAIT FOR $IN[7]==FALSE")) != ()
+
+
 def test_the_motor_is_started_awaited_and_stopped_in_order():
     src, _ = written("line")
     lead = f"{lead_time(planned('line')):.6f}"

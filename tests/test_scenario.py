@@ -162,7 +162,7 @@ def signed(most, least=0.0):
     velocity=st.tuples(signed(100.0), signed(100.0), signed(100.0)),
     duration=st.floats(1e-3, 1e8),
     interval=st.none() | st.floats(1e-3, 10.0),
-    name=st.text(st.characters(codec="utf-8", exclude_characters="\x00")),
+    name=st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Zl", "Zp"))),
     head=st.sampled_from(
         [
             {"shape": "sphere", "radius": 3.3e-4},

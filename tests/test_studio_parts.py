@@ -209,7 +209,6 @@ def test_the_whole_answer_is_of_the_run_itself():
     assert stages == sorted(stages, key=list(Stage).index)  # a first answer that is late is not told
     assert stages[-2:] == [Stage.WHOLE, Stage.AFTERWARDS]
     assert news[-2].answer.gain == hm.simulate(LONG).gain
-    assert "share_of_turns_leapt_over" not in news[-2].run.dataset.attrs
 
 
 def test_without_leaps_the_beginning_is_the_first_answer(monkeypatch):

@@ -133,7 +133,8 @@ def test_a_batch_holds_as_many_runs_as_it_may_however_many_devices_there_are(pla
         return advance(batch, **options)
 
     monkeypatch.setattr(compute, "advance", counted)
-    monkeypatch.setattr(compute, "AT_ONCE", 4)
+    for name in ("FEWEST_AT_ONCE", "MOST_AT_ONCE"):
+        monkeypatch.setattr(compute, name, 4)
     parts = compute.compute([None, *scenarios], kept, progress=told.append)
     assert sizes == [4, 4, 4, 4, 4, 1]
     assert told == sorted(told)
@@ -141,6 +142,21 @@ def test_a_batch_holds_as_many_runs_as_it_may_however_many_devices_there_are(pla
     for name, values in whole.items():
         np.testing.assert_array_equal(parts[name][1:], values, err_msg=name)
     assert np.isnan(parts["probability_inside"][0])
+
+
+def test_short_runs_are_made_more_at_once_as_far_as_their_samples_fit(monkeypatch):
+    from helimag.sweeps import compute
+
+    base = hm.load("nose-first/fig3c").replaced({"run.duration": 0.5, "run.interval": 0.025})
+    scenarios = [base.replaced({"drive.pitch": 0.001 * i}) for i in range(130)]
+    advance, sizes = compute.advance, []
+    monkeypatch.setattr(compute, "advance", lambda batch, **rest: sizes.append(len(batch)) or advance(batch, **rest))
+    whole = compute.compute(scenarios)
+    monkeypatch.setattr(compute, "SAMPLES_AT_ONCE", 1300)
+    parts = compute.compute(scenarios)
+    assert sizes == [128, 2, 65, 65]
+    for name, values in whole.items():
+        np.testing.assert_array_equal(parts[name], values, err_msg=name)
 
 
 def test_a_device_whose_numbers_break_down_counts_as_failed(place, monkeypatch):
@@ -220,16 +236,22 @@ def test_a_trial_counts_the_runs_of_devices(place, monkeypatch):
     begun = []
     monkeypatch.setattr(trial, "TRIAL_SECONDS", 0.0)  # as if whole runs took too long
     monkeypatch.setattr(trial, "_seconds", lambda made, *_: begun.append(len(made)) or 1.0 * len(made))
+    monkeypatch.setattr(trial, "_store", lambda _: (1000, 0.25))
     found = estimate(place / "plan.toml", threads=2)
     assert begun == [1]
-    assert (found.whole, found.trial_runs, found.runs) == (False, 7, 21)
-    assert found.seconds == pytest.approx(3.0, abs=1.0)  # and what the store takes
+    assert (found.whole, found.trial_runs, found.runs, found.bytes) == (False, 7, 21, 1000)
+    assert found.seconds == pytest.approx(3.25)  # of three points, and what the store takes
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ("drive.distance", "device.weight.net_weight", "is an axis of the plan, but the calibration decides it"),
+        (
+            "drive.distance",
+            "device.helix.length",
+            "'device.helix.length' is an axis of the plan, but the calibration is",
+        ),
         ("fit.nc", "none.nc", "there is no file"),
         ("fit.nc", "base.toml", "cannot be read as netCDF"),
         ("draws = 6", "draws = 0", "draws"),
@@ -249,7 +271,8 @@ def test_a_trial_counts_the_runs_of_devices(place, monkeypatch):
     ],
 )
 def test_an_ensemble_that_does_not_fit_says_so_in_one_line(place, helimag, old, new, said):
-    values = ('["95 mm", "102 mm", "109 mm"]', '["50 uN"]') if "net_weight" in new else ("", "")
+    others = {"device.weight.net_weight": '["50 uN"]', "device.helix.length": '["3 mm", "4 mm"]'}
+    values = ('["95 mm", "102 mm", "109 mm"]', others[new]) if new in others else ("", "")
     (place / "wrong.toml").write_text(PLAN.replace(old, new, 1).replace(*values), encoding="utf-8")
     status, out, err = helimag("sweep", str(place / "wrong.toml"), "-o", str(place / "wrong.zarr"))
     assert (status, out) == (2, "")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from helimag import InputError, Plan, load
-from helimag.scenario import Input
+from helimag.scenario import Input, varied
 from helimag.sweeps import Axis, Boundary, Sampling, load_plan, parse_plan, resolve
 
 BASE = "nose-first/fig3c"
@@ -102,6 +102,27 @@ def test_samples_are_counted_of_the_longest_runs():
         resolve(plan(pitch, Axis(field="run.duration", values=("100 s", "100000 s")), trajectory="0.1 s"))
     both = pitch, Axis(field="run.duration", start="10 s", stop="900 s", count=4)
     assert resolve(plan(*both, boundary=Boundary(budget=5000))).longest == 900.0
+
+
+@pytest.mark.parametrize("field", ["drive.pitch", "run.duration", "drive.speed"])
+@pytest.mark.parametrize("trajectory", [None, "0.5 s"])
+def test_a_point_is_the_base_changed_whichever_way_it_is_made(field, trajectory):
+    """Points of the base's duration are made of a base that is sampled already; none can tell."""
+    value = {"drive.pitch": 0.2, "run.duration": 40.0, "drive.speed": 1e-3}[field]
+    shown = {"drive.pitch": ["11 deg", "12 deg"], "run.duration": ["40 s", "50 s"], "drive.speed": ["1 mm/s", "2 mm/s"]}
+    plan = Plan(
+        base="paper/fig3c",
+        duration="60 s",
+        samples=20,
+        trajectory=trajectory,
+        axis=(Axis(field=field, values=shown[field]),),
+    )
+    resolved = resolve(plan)
+    interval = 0.5 if trajectory else (2.0 if field == "run.duration" else 3.0)
+    direct = varied(resolved.base, {field: value, "run.interval": interval})
+    made = resolved.scenario({field: value})
+    assert made == direct
+    assert (made.title, made.hash, made.provenance) == (direct.title, direct.hash, direct.provenance)
 
 
 def test_spread_points_are_runs_of_the_plan_each_once_and_the_corners_where_asked():

@@ -434,6 +434,27 @@ def test_a_store_with_chunks_of_another_size_is_gone_on_with(tmp_path, monkeypat
     xarray.testing.assert_identical(found.load(), anew.load())
 
 
+def test_a_store_goes_on_with_the_method_that_it_was_begun_with(done, tmp_path):
+    """Also one that does not name it: from before there were leaps, so of direct steps."""
+    direct = 'method = "direct"\n' + PLAN
+    store, whole = tmp_path / "s.zarr", sweep(parse_plan(direct), out=tmp_path / "whole.zarr").load()
+    assert not np.array_equal(whole["gain"], load_sweep(done)["gain"], equal_nan=True)
+    copy(tmp_path / "whole.zarr", store)
+    found = json.loads((store / "zarr.json").read_text(encoding="utf-8"))
+    identity = json.loads(found["attributes"]["identity"])
+    assert found["attributes"].pop("method") == identity.pop("method") == "direct"
+    found["attributes"]["identity"] = json.dumps(identity)
+    (store / "zarr.json").write_text(json.dumps(found), encoding="utf-8")
+    (store / "checksum/c/2/0").unlink()  # a chunk that was not committed
+    again = sweep(parse_plan(PLAN), out=store).load()
+    for name in ("gain", "output", "attack_angle"):
+        np.testing.assert_array_equal(again[name], whole[name])
+    with pytest.raises(InputError, match="method is 'direct' there and 'multirevolution' here"):
+        sweep(parse_plan(direct.replace("direct", "multirevolution")), out=store)
+    with pytest.raises(InputError, match="method must be one of multirevolution, direct; got 'euler'"):
+        parse_plan(direct.replace("direct", "euler"))
+
+
 def test_chunks_of_a_store_that_do_not_lie_along_the_plan_are_damage(done, tmp_path):
     copy(done, tmp_path)
     head = tmp_path / "verdict" / "zarr.json"

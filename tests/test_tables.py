@@ -69,6 +69,12 @@ def test_a_column_given_twice_is_refused(name, words):
         (PLAIN.replace(",", ";") + ";\n;;\n", "utf-8"),
         ("# gemessen in Z\u00fcrich, 21 \u00b0C\n" + PLAIN, "cp1252"),
         (PLAIN.replace("x [mm]", " X ( mm ) "), "utf-8"),
+        (PLAIN.replace("time [s],x [mm]", "time / s,x/mm"), "utf-8"),
+        (PLAIN.replace("x [mm]", "x\u00a0[\u339c]"), "utf-8"),
+        (PLAIN, "utf-16"),
+        ("sep=;\n" + PLAIN.replace(",", ";").replace(".", ","), "cp1252"),
+        (",,,\n" + PLAIN, "utf-8"),
+        (PLAIN.replace("1.5", "\u00a01.5\u2009"), "utf-8"),
         (PLAIN.replace("\n1,", "\n\n  # later\n1 , "), "utf-8"),
         (PLAIN.replace("1,2.5", '"1","2.5",'), "utf-8"),
         ("note,time [s],x [mm],u [px]\na,0,1.5,\nb,1,2.5,7\n", "utf-8"),
@@ -88,6 +94,35 @@ def test_units_in_latin_1_and_names_with_blanks(tmp_path):
     assert table.values["time"] == pytest.approx([0.0, 0.5])
     assert table.values["x_sd"] == pytest.approx([0.01, -0.002])
     assert table.values["pitch"] == pytest.approx([math.pi / 2.0, -math.pi / 4.0])
+
+
+def test_a_minus_of_typesetters_is_one(tmp_path):
+    assert read(tmp_path / "t.csv", "time [s],x [mm]\n0,\u22121.5\n1,2\n").values["x"][0] == pytest.approx(-1.5e-3)
+
+
+SPOTS = (
+    "LABEL,TRACK_ID,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T\nLabel,Track ID,X,Y,Z,T\n,,(mm),(mm),(mm),(sec)\n"
+    "a,0,1,2,3,0\nb,0,1,2,3,1\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("b,0,1,2,3,1", "b,0,1,2", "line 5: column 1, 'time [s]', must be a finite number; got nothing"),
+        ("b,0,1,2,3,1", "b,0,1,2,3,late", "line 5: column 1, 'time [s]', must be a finite number; got 'late'"),
+        ("LABEL,", "POSITION_X,", "must have POSITION_X once; it has POSITION_X, TRACK_ID, POSITION_X"),
+        (SPOTS[SPOTS.index("Label") :], "", "must have a line of units"),
+        ("(mm),(mm),(mm),(sec)", "", "line 1: the unit of column 'time [T]'"),
+    ],
+)
+def test_a_table_of_trackmate_that_is_cut_or_spoilt_is_refused_with_its_line(old, new, words, tmp_path):
+    (tmp_path / "t.csv").write_text(SPOTS)
+    assert import_track(tmp_path / "t.csv", initial_gap=0.1).dataset["time"].size == 2
+    (tmp_path / "t.csv").write_text(SPOTS.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        import_track(tmp_path / "t.csv", initial_gap=0.1)
+    assert words in str(caught.value)
 
 
 def test_empty_cells_are_nan_only_where_they_may_be(tmp_path):
@@ -123,6 +158,7 @@ def test_empty_cells_are_nan_only_where_they_may_be(tmp_path):
         ("time [s];x [mm]\n0;1,5\n1;1.234,5\n", "got '1.234,5'"),
         ("time [s];x [mm]\n0;1,5\n0.5;2\n", "line 3: '0.5' and '1,5' (line 2) do not have the same decimal mark"),
         ("time [s]\0,x [mm]\n0,1\n1,1\n", "is not a text file"),
+        (";;;\n;;\n", "holds nothing but separators"),
     ],
 )
 def test_what_cannot_be_read_is_refused_with_its_line(text, words, tmp_path):

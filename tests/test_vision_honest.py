@@ -15,6 +15,7 @@ import tomli_w
 pytest.importorskip("cv2")
 pytest.importorskip("av")
 
+import av
 import cv2
 
 from helimag.errors import FileError, InputError
@@ -38,12 +39,16 @@ from helimag.vision import (
     track,
 )
 from helimag.vision.calibration.lenses import read_lens
+from helimag.vision.calibration.shared_errors import excess, widening
 from helimag.vision.silhouette import outline, silhouette
-from helimag.vision.tracking.alignment import _mean_sd
+from helimag.vision.tracking.alignment import Offset, _mean_sd
+from helimag.vision.tracking.assembly import _Joined, _spread
 from helimag.vision.tracking.detection import blobs, measure
 from helimag.vision.tracking.drawings import Errors, _roll
-from helimag.vision.tracking.noise import frame_noise
+from helimag.vision.tracking.noise import frame_noise, turning
+from helimag.vision.tracking.search import Sighting
 from helimag.vision.tracking.uncertainty import taken_away
+from helimag.vision.tracking.views import RETURNING, PreparedView, returning
 
 ANGLE = np.radians(25.0)
 SEED = 2
@@ -250,6 +255,46 @@ def test_sharpened_keeps_a_swing_and_counts_its_noise() -> None:
     assert left[inner].var() == pytest.approx(np.sum(weights[200] ** 2), rel=0.02)
 
 
+def test_errors_that_a_picture_s_corners_share_widen_the_covariance_as_they_should() -> None:
+    """Beside the covariance of least squares under the true errors, in closed form; independent ones widen nothing."""
+    random = np.random.default_rng(3)
+    pictures, rows, shared, own = 40, 20, 8, 3
+    jacobian = np.zeros((pictures * rows, shared + own * pictures))
+    picture = np.repeat(np.arange(pictures), rows)
+    common = random.standard_normal((pictures, rows))
+    jacobian[:, :shared] = random.standard_normal((pictures * rows, shared)) + 2.0 * np.repeat(
+        random.standard_normal((pictures, shared)), rows, axis=0
+    ) * common.reshape(-1, 1)
+    for number in range(pictures):
+        at = shared + own * number
+        jacobian[picture == number, at : at + own] = random.standard_normal((rows, own))
+    inverse = np.linalg.inv(jacobian.T @ jacobian)
+    hat = jacobian @ inverse @ jacobian.T
+    for strength in (0.0, 0.7):
+        spread = np.kron(np.eye(pictures), np.ones((rows, rows))) * np.outer(common.ravel(), common.ravel())
+        errors = np.eye(picture.size) + strength**2 * spread
+        true = (inverse @ jacobian.T @ errors @ jacobian @ inverse)[:shared, :shared]
+        found = []
+        for _ in range(8):
+            noise = random.standard_normal(picture.size)
+            noise += strength * np.repeat(random.standard_normal(pictures), rows) * common.ravel()
+            found.append(widening(jacobian, noise - hat @ noise, picture, shared))
+        variance = np.trace(errors - hat @ errors) / (picture.size - jacobian.shape[1])
+        due = np.trace(np.linalg.solve(inverse[:shared, :shared], true)) / shared / variance
+        assert np.mean(found) == pytest.approx(due, rel=0.2)
+        assert due == pytest.approx(1.0) if strength == 0.0 else due > 2.0
+
+
+def test_a_datum_seen_badly_is_less_certain() -> None:
+    random = np.random.default_rng(4)
+    jacobian = random.standard_normal((4000, 6))
+    noise = 2.0 * random.standard_normal(4000)
+    taken = jacobian @ np.linalg.lstsq(jacobian, noise, rcond=None)[0]
+    more = excess(jacobian, noise - taken, 1.0)
+    assert np.diag(more) == pytest.approx(3.0 / 4000.0, rel=0.2)
+    assert not excess(jacobian, (noise - taken) / 3.0, 1.0).any()
+
+
 def test_legacy_boards_calibrate_and_plain_ones_are_named(tmp_path: Path) -> None:
     straight = paper_rig(seed=3)
     legacy = render_session(straight, tmp_path, seed=3, own=6, shared=2, oil=6, board=Board(legacy=True))
@@ -355,6 +400,11 @@ def test_tables_of_other_programs_are_the_same_track(program: str, tmp_path: Pat
             "scorer,net,net,net\nindividuals,a,a,a\nbodyparts,head,head,head\ncoords,x,y,likelihood\n0,1,2,0.9\n",
             "DeepLabCut",
         ),
+        (
+            "scorer,net,net,net\nbodyparts,head,head,head\ncoords,x,y,z\n0,1,2,3\n1,1,2,3\n",
+            "DeepLabCut in space, without times and units",
+        ),
+        ('<?xml version="1.0"?>\n<Tracks from="TrackMate v7.11.1">\n', "an XML file and no table; of TrackMate"),
         ("pt1_X,pt1_Y,pt1_Z\n1,2,3\n2,3,4\n", r"DLTdv \(x, y, z\)"),
         ("time [s],x [m],y [m],z [m]\n0,1e300,0,0\n1,0,0,0\n", "line 2: x must be at most 100000 mm either way; got"),
         ("time [s],x [m],y [m],z [m]\n0,1,0,0\n1,0,0,-150\n", "line 3: z must be at most 100000 mm"),
@@ -393,6 +443,44 @@ def test_the_roll_of_drawings_is_told_by_terms_and_how_well(sense: float) -> Non
     assert np.abs(off).max() < 0.012
     # eight terms of 32 drawings take a quarter of the scatter's variance; the rest tells it
     assert roll_sd == pytest.approx(0.02 / np.sqrt(2.0) * np.sqrt(8 / 32), rel=0.15)
+
+
+def test_pictures_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
+    """Names without leading zeros: 10.tif comes after 9.tif."""
+    for number in range(1, 13):
+        cv2.imwrite(str(tmp_path / f"run_{number}.tif"), np.full((8, 8), 10 * number, np.uint8))
+    assert [int(picture[0, 0]) for _, picture in Film(tmp_path, rate=30.0).frames()] == list(range(10, 130, 10))
+
+
+def test_a_stack_and_a_broken_picture_are_refused_in_one_line(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    cv2.imwritemulti(str(tmp_path / "stack.tif"), [np.full((8, 8), 10, np.uint8)] * 3)
+    with pytest.raises(InputError, match=r"stack\.tif is a picture or a stack of them, and no film"):
+        Film(tmp_path / "stack.tif", rate=30.0)
+    (tmp_path / "film").mkdir()
+    (tmp_path / "film" / "0.tif").write_bytes(b"II*\0 no picture")
+    with pytest.raises(FileError, match=r"0\.tif cannot be read as a picture"):
+        Film(tmp_path / "film", rate=30.0)
+    assert capfd.readouterr().err == ""  # OpenCV has nothing to add
+
+
+def test_a_film_that_does_not_say_how_long_it_is_gives_a_few_frames_of_all(tmp_path: Path) -> None:
+    """As Matroska does: not all frames are kept for the background. Brightness tells which frame one is."""
+    with av.open(str(tmp_path / "film.mkv"), "w") as container:
+        stream = container.add_stream("libx264", rate=30, options={"qp": "0"})
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        for index in range(200):
+            picture = np.full((48, 64), 20 + index, np.uint8)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="gray")))
+        container.mux(stream.encode())
+    film = Film(tmp_path / "film.mkv")
+    assert film.announced == 0
+    shown = np.array([float(np.mean(picture)) - 20.0 for picture in film.sample(8)])
+    assert 8 <= shown.size < 16
+    assert np.diff(shown) == pytest.approx(16.0, abs=1.5)
+    assert shown[0] < 2.0
+    assert shown[-1] > 180.0
 
 
 @pytest.mark.parametrize("start", [0.0, 0.01233, 0.371234])
@@ -442,12 +530,62 @@ def test_noise_of_a_swinging_device_is_its_noise() -> None:
     time = time[random.uniform(size=150) > 0.06]
     rows = np.ones((time.size, 13))
     swing = 2.0 * np.pi * 3.5 * time
+    rows[:, 10], rows[:, 11] = np.cos(swing), np.sin(swing)
     rows[:, 0] = 100.0 * time + 0.02 * random.standard_normal(time.size)
     rows[:, 1] = 4.0 * np.sin(swing) + 0.02 * random.standard_normal(time.size)
     rows[:, 2], rows[:, 3] = 45.0, 5.0 * np.cos(swing) + 0.03 * random.standard_normal(time.size)
     found = frame_noise(time, rows, 1.0 / 30.0)
     assert found[1] == pytest.approx(0.02, rel=0.3)
     assert found[3] == pytest.approx(0.03, rel=0.3)
+
+
+def test_the_turn_is_told_from_the_coil_with_frames_lost_and_a_wobble() -> None:
+    """Phases swing by 0.2 rad with the turn, as a wobbling device's do; a device that does not turn has no rate."""
+    time = np.delete(np.arange(60) / 30.0, [7, 20, 21, 40])
+    turn = 2.0 * np.pi * 3.5 * time
+    rows = np.ones((time.size, 13))
+    phase = 1.0 - turn + 0.2 * np.sin(turn)
+    rows[:, 10], rows[:, 11] = np.cos(phase), np.sin(phase)
+    assert turning(time, rows, 1.0 / 30.0) == pytest.approx(-2.0 * np.pi * 3.5, rel=2e-3)
+    assert turning(time, np.ones((time.size, 13)), 1.0 / 30.0) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_prediction_leaves_out_returns_unless_the_device_swings_across() -> None:
+    """Straight on: all of it. Across by 0.05 px: as good as all; by 3 px: a third, and along as before."""
+    time = np.arange(90) / 30.0
+    rows = np.ones((time.size, 13))
+    rows[:, 2], rows[:, 3] = 45.0, 0.0
+    fresh = np.full(4, 0.01)
+    found = []
+    for swing in (0.0, 0.05, 3.0):
+        rows[:, 0], rows[:, 1] = 100.0 * time, 20.0 * time + np.sqrt(2.0) * swing * np.sin(2.0 * np.pi * 3.5 * time)
+        found.append(returning(rows, fresh))
+    assert found[0] == pytest.approx(RETURNING * 0.01, rel=1e-6)
+    assert found[1] == pytest.approx(found[0], rel=2e-3)
+    assert found[2][[0, 2]] == pytest.approx(found[0][[0, 2]])
+    assert found[2][[1, 3]] == pytest.approx(found[0][[1, 3]] / np.sqrt(10.0), rel=0.25)  # a mean over 1.3 turns
+
+
+def test_a_clock_that_is_off_turns_a_swinging_device() -> None:
+    """What the second view's numbers move by in a standard deviation of the clock, from the swing's own speed."""
+    time = np.arange(40) / 30.0
+    rate, sd, lag = 2.0 * np.pi * 1.5, 2e-3, 0.01
+    lean = 0.1 * np.sin(rate * time)
+    rows = np.zeros((time.size, 13))
+    rows[:, 0], rows[:, 1] = 100.0 * time, 3.0 * lean
+    rows[:, 2], rows[:, 3] = 45.0 * np.cos(lean), 45.0 * np.sin(lean)
+    views = [PreparedView(Sighting(time + late, rows), np.zeros(4), np.zeros(4), None) for late in (0.0, 0.01)]
+    frames = np.arange(5, 35)
+    joined = _Joined(frames, (rows[frames], rows[frames]), None, 0.0, 1.0, frames)  # type: ignore[arg-type]
+    clock = _spread(joined, views, Offset(lag, sd, True)).clock
+    speed = 0.1 * rate * np.cos(rate * time[frames])
+    assert not clock[:, :4].any()
+    assert clock[:, 7] == pytest.approx(45.0 * speed * sd, rel=0.01, abs=1e-4)
+    across = 3.0 * speed * np.cos(lean[frames]) - 100.0 * np.sin(lean[frames])
+    assert clock[:, 5] == pytest.approx(across * sd, rel=0.01, abs=1e-4)
+    along = 100.0 * np.cos(lean[frames]) + 3.0 * speed * np.sin(lean[frames])
+    assert clock[:, 4] == pytest.approx(along * sd, rel=0.01, abs=1e-4)
+    assert clock[:, 6] == pytest.approx(along * sd, rel=0.01, abs=1e-4)
 
 
 def test_what_smoothing_takes_from_a_motion_counts_where_noise_does_not_explain_it() -> None:

@@ -66,7 +66,7 @@ def unwrap_warp() -> None:
     """
     for name in helimag.__all__:
         getattr(helimag, name)  # so that all that builds on the formulas has them already
-    for module in formula_modules():
+    for module in list(formula_modules()):  # all of them made before any is changed
         for key, value in list(vars(module).items()):
             setattr(module, key, original(value))
 

@@ -96,11 +96,12 @@ def magnet_start(drive: "Drive") -> Floats:
     """The magnet's centre at t = 0 (3,) in m: the first of its path, or eq. (1) with either reading of pitch."""
     if drive.path is not None:
         return np.array(drive.path.position[0])
-    position: Floats = np.array(drive.start) + np.array([0.0, 0.0, drive.distance])
+    x, y, z = drive.start  # plain numbers: runs of sweeps ask for few things more often
+    z += drive.distance
     if drive.pitch_about == "magnet":
-        return position
+        return np.array([x, y, z])
     cos, sin = math.cos(drive.pitch), math.sin(drive.pitch)
-    return np.array([cos * position[0] - sin * position[2], position[1], sin * position[0] + cos * position[2]])
+    return np.array([cos * x - sin * z, y, sin * x + cos * z])
 
 
 def magnet_motion(drive: "Drive") -> Callable[[Floats], Poses]:

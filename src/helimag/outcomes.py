@@ -194,7 +194,7 @@ class Reason(Term):
         15,
         "slowness-unknown",
         Verdict.UNDECIDED,
-        "inside for {time:.6g} s, and its height seems settled; heights alone do not show how long a run must be",
+        "inside for {time:.6g} s, and its heights alone do not show whether that is long enough to tell where it goes",
         "compare it with a simulated run, whose scenario does",
     )
     MOVES_ON = (

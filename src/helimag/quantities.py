@@ -6,6 +6,7 @@ Angles are a dimension of their own here, unlike in SI, so that "6.28 rad/s" is 
 
 import math
 import re
+import unicodedata
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -61,30 +62,43 @@ INERTIA = Kind("a moment of inertia", "kg m^2", "kg m^2", "0.002 kg m^2", (("kg 
 
 # The units understood, in pint's language. A list of our own: it loads in milliseconds, and gives angle a dimension.
 _DEFINITIONS = """
+deci- = 1e-1 = d-
 milli- = 1e-3 = m-
 micro- = 1e-6 = µ- = μ- = u-
 nano- = 1e-9 = n-
+pico- = 1e-12 = p-
 kilo- = 1e3 = k-
 centi- = 1e-2 = c-
 meter = [length] = m = metre
 inch = 0.0254 * meter = in = inches
+micron = 1e-6 * meter
+angstrom = 1e-10 * meter = Å
+cc = 1e-6 * meter ** 3 = _ = ccm
 liter = 0.001 * meter ** 3 = L = l = litre
 second = [time] = s = sec
 minute = 60 * second = min
-hour = 3600 * second = h
+hour = 3600 * second = h = hr
+day = 86400 * second
 gram = [mass] = g
 ampere = [current] = A
 radian = [angle] = rad
 degree = 0.017453292519943295 * radian = deg = °
 turn = 6.283185307179586 * radian = _ = revolution = rev
-rpm = turn / minute
-hertz = 1 / second = Hz
-newton = 1000 * gram * meter / second ** 2 = N
-pascal = newton / meter ** 2 = Pa
-poise = 0.1 * pascal * second = P
+rpm = turn / minute = _ = RPM
+rps = turn / second
+hertz = 1 / second = Hz = hz = Hertz
+newton = 1000 * gram * meter / second ** 2 = N = Newton
+dyne = 1e-5 * newton = dyn
+pascal = newton / meter ** 2 = Pa = Pascal
+poise = 0.1 * pascal * second = P = Poise
+stokes = 1e-4 * meter ** 2 / second = St
 joule = newton * meter = J
-tesla = newton / ampere / meter = T
-gauss = 1e-4 * tesla = G
+erg = 1e-7 * joule
+tesla = newton / ampere / meter = T = Tesla
+gauss = 1e-4 * tesla = G = Gauss = Gs
+weber = tesla * meter ** 2 = Wb
+volt = weber / second = V
+emu = 1e-3 * ampere * meter ** 2
 """
 # Unicode that word processors, papers and web pages put in the place of what a keyboard writes.
 _PLAIN = str.maketrans(
@@ -94,19 +108,26 @@ _PLAIN = str.maketrans(
         **dict.fromkeys("\u00ba\u02da", "°"),
         **dict.fromkeys("\u2044\u2215", "/"),
         "\u00d7": "*",
+        **dict.fromkeys("\u200b\u200e\u2060\ufeff\u00ad{}"),  # what cannot be seen, and braces about powers
     }
 )
 _SUPERSCRIPT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 _RAISED = re.compile("[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
-_POWER_OF_TEN = re.compile(r"(?<=[\d.])\s*[*x]\s*10\s*(?:\^|\*\*)\s*([-+]?\d+)")
+_POWER_OF_TEN = re.compile(r"(?<=[\d.])\s*[*x ]\s*10\s*(?:\^|\*\*)\s*([-+]?\d+)")
 _QUANTITY = re.compile(
-    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*((?:1\s*/\s*)?[^\W\d_°][\w\s/*^°.()+-]{0,40}|°[\w\s/]*)?\s*"
+    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*((?:1?\s*/\s*)?(?:[^\W\d_]|°)[\w\s/*^°.()+-]{0,40})?\s*"
 )
 _POWER = re.compile(r"(?<=[^\W\d_])([-+]?\d)")  # m2, s-1
-_JOINED = re.compile(r"\b([mµμun]?A)(?=m(?![a-z]))|\b([mcµμu]?Pa)(?=s(?![a-z]))")  # Am^2, mPas
+# Am^2, mPas, kgm^2, and a hyphen that multiplies: mPa-s
+_JOINED = re.compile(
+    r"\b(?:[mµμun]?A(?=m(?![a-z]))|[mcµμu]?Pa(?=s(?![a-z]))|[kmµμu]?g(?=[cm]?m(?![a-z]))|[mµμu]?N(?=m(?![a-z])))"
+)
+_HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
+_PER = re.compile(r"\s+per\s+")
+_TURNING = re.compile(r"\b[rU](?=\s*/\s*(?:s|min)\b)")  # r/min, as on motors
 
 
-_TURNS = {"turn", "rpm"}  # units in which a turn is one, as a frequency counts them
+_TURNS = {"turn", "rpm", "rps"}  # units in which a turn is one, as a frequency counts them
 
 
 @cache
@@ -121,12 +142,15 @@ def _registry() -> "pint.UnitRegistry":
 def _plain(text: str) -> str:
     """The text as a keyboard would write it: minus signs, superscripts as powers, powers of ten as exponents."""
     raised = _RAISED.sub(lambda match: "^" + match[0].translate(_SUPERSCRIPT), text)
-    return _POWER_OF_TEN.sub(r"e\1", raised.translate(_PLAIN))
+    plain = unicodedata.normalize("NFKC", raised.translate(_PLAIN))  # units in one character, digits of full width
+    return _POWER_OF_TEN.sub(r"e\1", plain)
 
 
 def _spelled(unit: str) -> str:
     """The unit as pint reads it: products by space or dot, powers by ^ or a number behind a symbol."""
-    symbols = _POWER.sub(r"^\1", _JOINED.sub(lambda match: f"{match[0]} ", unit.strip().replace(".", " ")))
+    plain = _TURNING.sub("turn", _PER.sub("/", unit.strip().replace(".", " ")))
+    plain = f"1{plain}" if plain.startswith("/") else plain
+    symbols = _POWER.sub(r"^\1", _JOINED.sub(lambda match: f"{match[0]} ", _HYPHEN.sub(" ", plain)))
     return re.sub(r"(?<=[\w)])\s+(?=[A-Za-zµμ°(])", " * ", symbols.replace("^", "**"))
 
 

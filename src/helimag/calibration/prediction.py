@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from helimag.calibration.drawing import drawn
 from helimag.calibration.fit import SHARES, Posterior
-from helimag.engine import TOLERANCE, History, advance, start_state
+from helimag.engine import DEFAULT, TOLERANCE, History, advance, method_named, start_state
 from helimag.ensembles import Ensemble, Noise, finished
 from helimag.scenario import Scenario
 
@@ -91,6 +91,7 @@ def predict(
     draws: int = DRAWS,
     seed: int = 0,
     tolerance: float = TOLERANCE,
+    method: str = DEFAULT,
     device: str = "cpu",
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -112,6 +113,8 @@ def predict(
         Of samples and errors: the same seed draws the same.
     tolerance, device, threads, progress
         As for :func:`helimag.engine.advance`.
+    method
+        As for :func:`helimag.simulate`.
 
     Returns
     -------
@@ -132,6 +135,7 @@ def predict(
             [best, *copies.scenarios],
             initial_states=np.concatenate([start_state(best)[None], copies.states]),
             tolerance=tolerance,
+            method=method_named(method),
             device=device,
             threads=threads,
             progress=progress,

@@ -2,6 +2,7 @@
 
 import errno
 import gc
+import os
 import sys
 
 from cyclopts import App, CycloptsError
@@ -20,6 +21,7 @@ app = App(
     help="Simulate and judge open-loop runs of magnetic helical devices under a rotating permanent magnet. "
     "To begin with: helimag simulate paper/fig3c, or helimag studio.",
     version_flags=["--version"],
+    version_format="plaintext",
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
@@ -50,8 +52,10 @@ app.register_install_completion_command(
 def main() -> None:
     """Run the command line: exit status as in docs/reference/commands.md."""
     gc.set_threshold(ALLOCATIONS)
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would look for some in each installed package
     with guarded():
         status = _status()
+    gc.freeze()  # Python would look for garbage among all that was imported, to no end but that of the process
     sys.exit(status or None)
 
 

@@ -50,6 +50,7 @@ class Format:
 FIGURE = Format((".png", ".svg", ".pdf"), "a figure")
 PAGE = Format((".html",), "an interactive page")
 FILM = Format((".mp4",), "a film")
+CLIP = Format((".mp4", ".avi"), "a clip")
 DATA = Format((".nc",), "the data", also=(".nc4", ".h5"))
 TABLE = Format((".csv",), "a table")
 STORE = Format((".zarr",), "the store", also=("",))
@@ -59,8 +60,11 @@ RIG = Format((".json",), "the rig")
 Writer = Callable[[Path], object]
 
 
-def check_outputs(paths: Sequence[Path] | None, *formats: Format, size: FigureSize = None) -> None:
-    """Refuse, before any work, what is none of ``formats`` or cannot be written, and figures without matplotlib.
+def check_outputs(
+    paths: Sequence[Path] | None, *formats: Format, size: FigureSize = None, option: str = "--output"
+) -> None:
+    """Refuse, before any work, what is none of ``formats`` or cannot be written, figures without matplotlib, and films
+    without PyAV; ``option`` is what named the paths.
 
     Raises
     ------
@@ -73,17 +77,20 @@ def check_outputs(paths: Sequence[Path] | None, *formats: Format, size: FigureSi
     """
     for path in paths or ():
         if not any(format.fits(path) for format in formats):
-            raise InputError(f"--output must end in {' or '.join(map(str, formats))}; got '{path}'")
+            raise InputError(f"{option} must end in {' or '.join(map(str, formats))}; got '{path}'")
         if STORE.fits(path):
             check_folder(path)
         else:
             check_target(path)
     if len(set(paths or ())) < len(paths or ()):
-        raise InputError(f"--output names '{_repeated(paths or ())}' twice")
+        raise InputError(f"{option} names '{_repeated(paths or ())}' twice")
     if size is not None and not any(FIGURE.fits(path) for path in paths or ()):
         raise InputError(f"--size is for figures: --output must name one, {FIGURE}; or leave --size out")
     if any(FIGURE.fits(path) or FILM.fits(path) or PAGE.fits(path) for path in paths or ()):
-        import helimag.plots  # noqa: F401
+        from helimag import plots
+
+        if any(FILM.fits(path) for path in paths or ()):
+            plots.check_filming()
 
 
 def _repeated(paths: Iterable[Path]) -> Path:

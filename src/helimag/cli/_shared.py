@@ -14,6 +14,8 @@ from cyclopts import Parameter
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.progress import Progress
+
     from helimag.quantities import Kind
     from helimag.scenario import Scenario
 
@@ -33,6 +35,30 @@ LOG = logging.getLogger(__name__)
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
     """A progress bar with an estimate on stderr, which appears when the work has taken a second."""
+    begun = time.monotonic()
+    LOG.info("%s ...", what)
+    bar: Progress | None = None
+
+    def report(done: float) -> None:
+        nonlocal bar
+        if bar is None:
+            if time.monotonic() - begun <= 1.0:
+                return
+            bar = _bar(what, begun)
+            if bar.console.is_terminal:
+                bar.start()
+        bar.update(bar.task_ids[0], completed=done)
+
+    try:
+        yield report
+    finally:
+        if bar is not None and bar.live.is_started:
+            bar.stop()
+        LOG.info("%s: %.2f s", what, time.monotonic() - begun)
+
+
+def _bar(what: str, begun: float) -> "Progress":
+    """A bar of work that began a while ago; what draws it is imported here, as short commands need none."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -43,22 +69,10 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    task = bar.add_task(what, total=1.0)
-    begun = time.monotonic()
-    LOG.info("%s ...", what)
-
-    def report(done: float) -> None:
-        if bar.console.is_terminal and not bar.live.is_started and time.monotonic() - begun > 1.0:
-            bar.start()
-        bar.update(task, completed=done)
-
-    try:
-        yield report
-    finally:
-        if bar.live.is_started:
-            bar.stop()
-        LOG.info("%s: %.2f s", what, time.monotonic() - begun)
+    bar = Progress(*columns, console=Console(stderr=True), transient=True, get_time=time.monotonic)
+    bar.add_task(what, total=1.0)
+    bar.tasks[0].start_time = begun
+    return bar
 
 
 def input_range(option: str, scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:

@@ -1,10 +1,10 @@
-"""The command calibrate, what simulate says with --ensemble, and the options that go with that."""
+"""The command calibrate, and what simulate says with --ensemble."""
 
-from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from helimag.cli._common import PLAIN, Common
+from helimag.cli._drawing import DrawOptions
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
@@ -17,13 +17,11 @@ from helimag.cli._outputs import (
     the_one,
     write_outputs,
 )
-from helimag.cli._shared import print_json, progress_bar, quantity
-from helimag.errors import InputError
+from helimag.cli._shared import print_json, progress_bar
 
 if TYPE_CHECKING:
     from helimag.calibration import Posterior
     from helimag.cli._outputs import Format, Writer
-    from helimag.ensembles import Noise
     from helimag.scenario import Scenario
 
 
@@ -98,55 +96,7 @@ def _table(fit: "Posterior") -> str:
     return "\n".join(lines)
 
 
-@dataclass(frozen=True)
-class DrawOptions:
-    """Options of simulate, sweep and design that go with --ensemble; None where they are left out."""
-
-    noise: list[str] | None
-    displacement: str | None
-    draws: int | None
-    seed: int | None
-
-    def check_unused(self) -> None:
-        """Refuse them without --ensemble."""
-        for field in fields(self):
-            if getattr(self, field.name) is not None:
-                raise InputError(f"--{field.name} goes with --ensemble only")
-
-    @property
-    def errors(self) -> dict[str, str]:
-        """Standard deviations of inputs, as text by path."""
-        texts: dict[str, str] = {}
-        for each in self.noise or []:
-            path, equals, sd = each.partition("=")
-            if not equals:
-                raise InputError(
-                    f"--noise must be an input and its standard deviation, drive.pitch='0.2 deg'; got {each!r}"
-                )
-            texts[path.strip()] = sd.strip().strip("\"'")
-        return texts
-
-    def noise_in(self, scenario: "Scenario") -> "Noise":
-        """Errors of each run of a scenario."""
-        from helimag import quantities
-        from helimag.ensembles import noise_of
-
-        moved = 0.0 if self.displacement is None else quantity("--displacement", self.displacement, quantities.LENGTH)
-        return noise_of(scenario, self.errors, moved, "--noise")
-
-    @property
-    def table(self) -> dict[str, object]:
-        """What is given, as a plan's [ensemble] has it."""
-        given = {
-            "draws": self.draws,
-            "seed": self.seed,
-            "displacement": self.displacement,
-            "noise": self.errors or None,
-        }
-        return {key: value for key, value in given.items() if value is not None}
-
-
-def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: str, json: bool) -> None:
+def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, method: str, device: str, json: bool) -> None:
     """What simulate prints with --ensemble."""
     from helimag import calibration
 
@@ -160,6 +110,7 @@ def predict(scenario: "Scenario", fit: Path, options: DrawOptions, *, device: st
             noise=options.noise_in(scenario),
             draws=draws,
             seed=seed,
+            method=method,
             device=device,
             progress=progress,
         )

@@ -40,7 +40,7 @@ def compare(
     output
         Write a figure of both (.png, .svg, .pdf) to this file. May be repeated.
     """
-    from helimag.runs import Trajectory
+    from helimag.runs import Trajectory, interval_text
     from helimag.runs import compare as lay_side_by_side
 
     check_outputs(output, FIGURE, size=size)
@@ -53,11 +53,11 @@ def compare(
         print_json(numbers | files_report(output))
         return
     ours, theirs = numbers["measured"], numbers["simulated"]
-    low, high = ours["gain_95"]
+    within = interval_text(ours["gain_95"], 4)
     if not comparison.really_measured:
         print(f"note          the run taken as measured is a simulation itself ({ours['source']}: {measured.name})")
     print(f"{'':14s}{'measured':>12s}{'simulated':>12s}")
-    print(f"{'gain':14s}{ours['gain']:12.4f}{theirs['gain']:12.4f}   measured 95 %: {low:.4f} to {high:.4f}")
+    print(f"{'gain':14s}{ours['gain']:12.4f}{theirs['gain']:12.4f}   measured {within}")
     print(f"{'|y| (mm)':14s}{1e3 * ours['output_y_m']:12.3f}{1e3 * theirs['output_y_m']:12.3f}")
     print(f"{'verdict':14s}{ours['verdict']:>12s}{theirs['verdict']:>12s}")
     print(

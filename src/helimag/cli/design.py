@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter, validators
 
 from helimag.cli._common import PLAIN, Common
+from helimag.cli._drawing import NO_ERRORS, ErrorOptions
 from helimag.cli._found_orbits import orbit_report
 from helimag.cli._outputs import SCENARIO, Outputs, check_outputs, files_report, print_files, write_outputs
 from helimag.cli._shared import Changes, ScenarioName, input_range, print_json, progress_bar, quantity, scenario_from
-from helimag.cli.calibration import DrawOptions
 
 if TYPE_CHECKING:
     from helimag.design import Design
@@ -34,9 +34,7 @@ def design(
     ] = None,
     runs: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100_000))] = 200,
     ensemble: Path | None = None,
-    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
-    displacement: str | None = None,
-    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
+    errors: ErrorOptions = NO_ERRORS,
     output: Outputs = None,
     common: Common = PLAIN,
 ) -> None:
@@ -52,13 +50,6 @@ def design(
         How many full runs, all inputs off at once, must stay bounded; with --ensemble, how many devices are drawn.
     ensemble
         What calibrate wrote: choose the inputs that most of its devices stay with, instead of tolerances.
-    noise
-        With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
-        repeated.
-    displacement
-        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is released.
-    seed
-        With --ensemble: of the draws; 0 if left out.
     output
         Write the designed scenario (.toml) to this file. May be repeated.
     """
@@ -68,7 +59,7 @@ def design(
 
     chosen = scenario_from(scenario, changes)
     limits = dict(input_range("--limit", chosen, text) for text in limit) if limit else None
-    devices = _devices(chosen, ensemble, DrawOptions(noise, displacement, None, seed), runs)
+    devices = _devices(chosen, ensemble, errors, runs)
     with progress_bar(f"designing {chosen.title}") as progress:
         result = find_inputs(
             chosen,
@@ -94,15 +85,15 @@ def _write(result: "Design", path: Path) -> None:
         beside.write_text(result.scenario.to_toml(), encoding="utf-8")
 
 
-def _devices(scenario: "Scenario", fit: Path | None, options: DrawOptions, count: int) -> "Devices | None":
+def _devices(scenario: "Scenario", fit: Path | None, errors: ErrorOptions, count: int) -> "Devices | None":
     """The devices that the inputs are to be good for."""
     if fit is None:
-        options.check_unused()
+        errors.check_unused()
         return None
     from helimag.calibration import Posterior, drawn
 
-    noise = options.noise_in(scenario)
-    return drawn(Posterior.load(fit), scenario, draws=count, noise=noise, seed=options.seed or 0)
+    noise = errors.noise_in(scenario)
+    return drawn(Posterior.load(fit), scenario, draws=count, noise=noise, seed=errors.seed or 0)
 
 
 def _report(result: "Design") -> dict[str, Any]:

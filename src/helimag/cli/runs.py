@@ -2,12 +2,13 @@
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Parameter, validators
+from cyclopts import Parameter
 
 from helimag.cli import proofs
 from helimag.cli._common import PLAIN, Common
+from helimag.cli._drawing import NO_DRAWING, DrawOptions
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
@@ -32,7 +33,7 @@ from helimag.cli._shared import (
     scenario_from,
     validity_warnings,
 )
-from helimag.cli.calibration import DrawOptions, predict
+from helimag.cli.calibration import predict
 from helimag.errors import InputError
 from helimag.outcomes import Future
 
@@ -105,15 +106,12 @@ def simulate(
     interval: str | None = None,
     output: Outputs = None,
     size: FigureSize = None,
-    method: str = "direct",
+    method: Literal["multirevolution", "direct"] = "multirevolution",
     device: str = "cpu",
     orbit: bool = True,
     accuracy: bool = True,
     ensemble: Path | None = None,
-    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
-    displacement: str | None = None,
-    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
-    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
+    drawing: DrawOptions = NO_DRAWING,
     certificate: Path | None = None,
     common: Common = PLAIN,
 ) -> None:
@@ -128,8 +126,8 @@ def simulate(
     output
         Write the trajectory (.nc), a figure (.png, .svg, .pdf) or a film (.mp4) to this file. May be repeated.
     method
-        "direct", or "multirevolution": leaps over turns of the magnet where the device keeps in step; faster where
-        runs are long and steady.
+        "multirevolution": leaps over turns of the magnet where the device keeps in step and nothing is near, and direct
+        steps elsewhere; or "direct": steps all the way, several times slower where runs are long and steady.
     device
         "cpu", or a CUDA device such as "cuda".
     accuracy
@@ -139,26 +137,18 @@ def simulate(
     ensemble
         What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is, without
         orbits or accuracy.
-    noise
-        With --ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
-        repeated.
-    displacement
-        With --ensemble: the standard deviation, such as "50 um", along each axis of where the device is released.
-    draws
-        With --ensemble: how many runs; 100 if left out.
-    seed
-        With --ensemble: of the draws; 0 if left out.
     certificate
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
-    drawn = DrawOptions(noise, displacement, draws, seed)
     own = {"run.duration": duration, "run.interval": interval}
     if ensemble is not None:
-        _check_for_many(output, certificate, method)
+        _check_for_many(output, certificate)
         check_outputs(None, size=size)
-        predict(scenario_from(scenario, changes, own), ensemble, drawn, device=device, json=common.json)
+        predict(
+            scenario_from(scenario, changes, own), ensemble, drawing, method=method, device=device, json=common.json
+        )
         return
-    drawn.check_unused()
+    drawing.check_unused()
     from helimag.engine import simulate as run
 
     check_outputs(output, DATA, FIGURE, FILM, size=size)
@@ -204,12 +194,12 @@ def _film(run: "Trajectory", path: Path) -> None:
         plots.animate(run, path, progress=progress)
 
 
-def _check_for_many(output: list[Path] | None, certificate: Path | None, method: str) -> None:
+def _check_for_many(output: list[Path] | None, certificate: Path | None) -> None:
     """Refuse with --ensemble what is for one run."""
     if output:
         raise InputError("--output writes one run; with --ensemble use --json")
-    if certificate is not None or method != "direct":
-        raise InputError("--certificate and --method are for one run; leave them out with --ensemble")
+    if certificate is not None:
+        raise InputError("--certificate is for one run; leave it out with --ensemble")
 
 
 def _report(trajectory: "Trajectory") -> dict[str, Any]:
@@ -239,6 +229,8 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "leading_cosine": None if math.isnan(trajectory.leading_cosine) else trajectory.leading_cosine,
         "final_state": trajectory.final_state.tolist(),
         "accuracy": accuracy_told(trajectory.attributes),
+        "integrator": trajectory.attributes["integrator"],
+        "share_of_turns_leapt_over": trajectory.attributes.get("share_of_turns_leapt_over", 0.0),
         "wall_time_s": trajectory.attributes["wall_time"],
     }
 

@@ -6,9 +6,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter, validators
+from cyclopts import Parameter
 
 from helimag.cli._common import PLAIN, Common
+from helimag.cli._drawing import NO_DRAWING, DrawOptions
 from helimag.cli._outputs import (
     DATA,
     FIGURE,
@@ -26,7 +27,6 @@ from helimag.cli._outputs import (
     write_outputs,
 )
 from helimag.cli._shared import print_json, print_warnings, validity_warnings
-from helimag.cli.calibration import DrawOptions
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,10 +43,7 @@ def sweep(
     threads: int | None = None,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
     ensemble: Path | None = None,
-    noise: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
-    displacement: str | None = None,
-    draws: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=100_000))] = None,
-    seed: Annotated[int | None, Parameter(validator=validators.Number(gte=0))] = None,
+    drawing: DrawOptions = NO_DRAWING,
     common: Common = PLAIN,
 ) -> None:
     """Run a plan into a store; the same command again goes on where it stopped.
@@ -67,15 +64,6 @@ def sweep(
     ensemble
         What calibrate wrote: run every point with devices from it, and keep how likely each outcome is there. This and
         the following go over the plan's own [ensemble].
-    noise
-        With an ensemble: an input's error from run to run, a standard deviation such as drive.pitch="0.2 deg". May be
-        repeated.
-    displacement
-        With an ensemble: the standard deviation, such as "50 um", along each axis of where the device is released.
-    draws
-        With an ensemble: how many devices a point; 32 if left out.
-    seed
-        With an ensemble: of the draws; 0 if left out.
     """
     check_outputs(output, STORE, DATA, TABLE, FIGURE, PAGE, size=size)
     from helimag import sweeps
@@ -83,7 +71,7 @@ def sweep(
     if threads is not None and threads < 1:
         raise InputError(f"--threads must be at least 1; got {threads}")
     store = None if dry_run else the_one(output, STORE)
-    asked = _asked(plan, ensemble, DrawOptions(noise, displacement, draws, seed))
+    asked = _asked(plan, ensemble, drawing)
     if store is None:
         _print_estimate(sweeps.estimate(asked, threads=threads), common.json)
         return
@@ -114,15 +102,15 @@ def _write_page(dataset: Any, path: Path) -> None:
     plots.save_html(plots.interactive_sweep(dataset), path)
 
 
-def _asked(path: Path, ensemble: Path | None, options: DrawOptions) -> "Plan":
+def _asked(path: Path, ensemble: Path | None, drawing: DrawOptions) -> "Plan":
     """The plan of a file, with what is given of an ensemble."""
     from helimag import sweeps
 
     plan = sweeps.load_plan(path)
     if ensemble is None and plan.ensemble is None:
-        options.check_unused()
+        drawing.check_unused()
         return plan
-    given = options.table | ({} if ensemble is None else {"fit": str(ensemble)})
+    given = drawing.table | ({} if ensemble is None else {"fit": str(ensemble)})
     return sweeps.with_ensemble(plan, given) if given else plan
 
 

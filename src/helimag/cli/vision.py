@@ -7,6 +7,7 @@ from cyclopts import App, Parameter
 
 from helimag.cli._common import PLAIN, Common
 from helimag.cli._outputs import (
+    CLIP,
     DATA,
     FIGURE,
     RIG,
@@ -15,7 +16,6 @@ from helimag.cli._outputs import (
     Outputs,
     check_folder,
     check_outputs,
-    check_target,
     files_report,
     print_files,
     write_outputs,
@@ -198,14 +198,17 @@ def track(
     clock_offset
         How far the second clock is ahead. Default: found from the films.
     review
-        Clip to write: both views with the track drawn on, and the path in space.
+        Clip to write (.mp4, .avi): both views with the track drawn on, and the path in space.
     """
     from helimag import quantities as q
     from helimag import vision
 
     check_outputs(output, DATA, FIGURE, size=size)
-    if review is not None:
-        check_target(review)
+    clips = [] if review is None else [review]
+    check_outputs(clips, CLIP, option="--review")
+    for film in (first, second):
+        if review is not None and review.resolve() == film.resolve():
+            raise InputError(f"--review must not be one of the films; got '{review}'")
     gap_length, shape, toml = _known(gap, scenario)
     calibrated = vision.Rig.load(rig)
     with progress_bar("tracking") as progress:
@@ -225,7 +228,7 @@ def track(
     if review is not None:
         with progress_bar("drawing the clip") as progress:
             vision.review(run, first, second, calibrated, review, shape=shape, rate=rate, progress=progress)
-    _tell(run, output, common.json, [] if review is None else [review])
+    _tell(run, output, common.json, clips)
 
 
 @app.command(name="import")
@@ -279,6 +282,7 @@ def _write(run: "Trajectory", output: list[Path] | None, size: FigureSize) -> No
 def _tell(run: "Trajectory", output: list[Path] | None, json: bool, beside: list[Path] | None = None) -> None:
     import sys
 
+    from helimag.runs import interval_text
     from helimag.runs.measurement import report
 
     numbers = report(run)
@@ -286,10 +290,10 @@ def _tell(run: "Trajectory", output: list[Path] | None, json: bool, beside: list
     if json:
         print_json(numbers | files_report(written))
         return
-    low, high = (1e3 * bound for bound in numbers["output_y_95_m"])
+    extent = interval_text(numbers["output_y_95_m"], 3, per=1e3, unit=" mm")
     print(f"{run.dataset.attrs['name']}: {numbers['verdict']}, {numbers['reason']}")
-    print(f"  gain          {numbers['gain']:.4f}, 95 % {numbers['gain_95'][0]:.4f} to {numbers['gain_95'][1]:.4f}")
-    print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, 95 % {low:.3f} to {high:.3f} mm")
+    print(f"  gain          {numbers['gain']:.4f}, {interval_text(numbers['gain_95'], 4)}")
+    print(f"  |y|           {1e3 * numbers['output_y_m']:.3f} mm, {extent}")
     if "attack_angle_deg" in numbers:
         print(
             f"  attack angle  {numbers['attack_angle_deg']:.2f} deg, wobble {numbers['wobble_deg']:.2f} deg "

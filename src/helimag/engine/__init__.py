@@ -13,7 +13,7 @@ from helimag.engine.events import FALL_LIMIT
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
 from helimag.engine.medium import OPEN_WATER, Medium
-from helimag.engine.methods import DOP853, MULTIREVOLUTION, Method
+from helimag.engine.methods import DEFAULT, DOP853, METHODS, MULTIREVOLUTION, Method, method_named
 from helimag.engine.moving import shifted, to_lab, to_moving
 from helimag.engine.packing import (
     initial_gap,
@@ -38,9 +38,11 @@ from helimag.engine.system import (
 )
 
 __all__ = [
+    "DEFAULT",
     "DOP853",
     "FALL_LIMIT",
     "MAGNET_MODELS",
+    "METHODS",
     "MULTIREVOLUTION",
     "OPEN_WATER",
     "TOLERANCE",
@@ -64,6 +66,7 @@ __all__ = [
     "initial_gap",
     "lag_vector",
     "leaps_hold",
+    "method_named",
     "pack_bodies",
     "pack_drives",
     "pack_magnets",

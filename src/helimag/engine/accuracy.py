@@ -12,11 +12,12 @@ import numpy as np
 
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
-from helimag.engine.methods import DOP853, Method
+from helimag.engine.methods import MULTIREVOLUTION, Method
 from helimag.engine.running import advance
 
 FINER = 1.0 / 30.0  # of the tolerance
 MARGIN = 2.0  # of what is told over what is found: the finer run is wrong, too
+LEAST = 1e-10  # m; nothing less is told: where the longest step allowed decides, both runs have the same steps
 VISIBLE = 1e-5  # m: what cameras tell apart; runs farther apart than that are not the same to anyone who looks
 
 
@@ -52,14 +53,14 @@ class Accuracy:
     @property
     def text(self) -> str:
         """In a sentence."""
-        first = f"places within {self.in_step:.1g} m"
+        first = f"places within {max(self.in_step, LEAST):.1g} m"
         if self.first_slip is None:
             return f"{first}, by the same run with finer steps"
         until = f"{first} until it loses step, by {self.first_slip:.4g} s"
         if self.after_slip is None:
             return until
         if not self.sensitive:
-            return f"{until}, and within {self.after_slip:.1g} m after that"
+            return f"{until}, and within {max(self.after_slip, LEAST):.1g} m after that"
         ours, theirs = self.slips
         return (
             f"{until}; after that {1e3 * self.after_slip:.2g} mm from the same run with finer steps, which slips "
@@ -74,7 +75,7 @@ def accuracy_of(
     history: History,
     *,
     tolerance: float = TOLERANCE,
-    method: Method = DOP853,
+    method: Method = MULTIREVOLUTION,
     device: str = "cpu",
     progress: Callable[[float], None] | None = None,
 ) -> Accuracy:

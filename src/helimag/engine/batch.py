@@ -14,7 +14,7 @@ from helimag.engine.control import Control, pack_controls
 from helimag.engine.events import Bounds, pack_bounds
 from helimag.engine.history import History
 from helimag.engine.loop import build_advance
-from helimag.engine.methods import DOP853, Method
+from helimag.engine.methods import MULTIREVOLUTION, Method
 from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
 from helimag.engine.progress import Progress
 from helimag.engine.samples import Record, Schedule, pack_schedules, sample_times
@@ -46,7 +46,7 @@ class Stepping:
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     """
 
-    method: Method = DOP853
+    method: Method = MULTIREVOLUTION
     tolerance: float = TOLERANCE
     device: str = "cpu"
 
@@ -151,21 +151,23 @@ class Batch:
         """What has been recorded so far; may be called while another thread advances the runs."""
         stand, records = self._stand, self._read_records()
         share = (time.perf_counter() - self._begun) / len(self.scenarios)
-        return [self._history(run, stand[run], records[run], share) for run in range(len(self.scenarios))]
-
-    def _history(self, run: int, stand: np.void, records: NDArray[np.void], wall_time: float) -> History:
-        status, count = End.of(int(stand["status"])), int(stand["sample"])
-        times = self._times[run][:count].copy()
-        if status is not End.RUNNING:
-            times[-1] = stand["time"]
-        return History(
-            scenario=self.scenarios[run],
-            time=times,
-            records=records[:count].copy(),
-            status=status,
-            steps=int(stand["steps"]),
-            rejected=int(stand["rejected"]),
-            wall_time=wall_time,
-            progress=stand.copy(),
-            memory=self._memories[run],
-        )
+        names = ("status", "sample", "time", "steps", "rejected")
+        numbers = zip(*(stand[name].tolist() for name in names), strict=True)  # one by one takes longer
+        found = []
+        for run, (status, count, end, steps, rejected) in enumerate(numbers):
+            times = self._times[run][:count].copy()
+            if status != End.RUNNING.flag:
+                times[-1] = end
+            history = History(
+                scenario=self.scenarios[run],
+                time=times,
+                records=records[run, :count].copy(),
+                status=End.of(status),
+                steps=steps,
+                rejected=rejected,
+                wall_time=share,
+                progress=stand[run],  # a view of what no launch changes
+                memory=self._memories[run],
+            )
+            found.append(history)
+        return found

@@ -35,21 +35,23 @@ class Bounds:
 
 def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     """Where each run ends, as the kernels take it."""
-    return structs(
-        Bounds,
-        [
+    rows: list[dict[str, object]] = []
+    for scenario in scenarios:
+        workspace, device = scenario.workspace, scenario.device
+        low, high = workspace.box
+        deeper = DEPTH_LIMIT if workspace.holds else 0.0
+        rows.append(
             {
                 "contact": scenario.contact_distance,
                 "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
-                "low": np.array(scenario.workspace.box[0]) - (DEPTH_LIMIT if scenario.workspace.holds else 0.0),
-                "high": np.array(scenario.workspace.box[1]) + (DEPTH_LIMIT if scenario.workspace.holds else 0.0),
-                "tail": scenario.device.tail_length,
-                "head_radius": scenario.device.head_radius,
-                "tail_radius": scenario.device.tail_radius,
+                "low": [at - deeper for at in low],
+                "high": [at + deeper for at in high],
+                "tail": device.tail_length,
+                "head_radius": device.head_radius,
+                "tail_radius": device.tail_radius,
             }
-            for scenario in scenarios
-        ],
-    )
+        )
+    return structs(Bounds, rows)
 
 
 @wp.func

@@ -1,6 +1,7 @@
 """What the time loop recorded of one run."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +67,7 @@ class History:
         turns = float(self.time[-1]) * abs(self.scenario.drive.frequency)
         return float(self.progress["leap"]["turns"]) / turns if turns > 0.0 else 0.0
 
-    @property
+    @cached_property
     def heights(self) -> Heights:
         """What a judgement needs."""
         samples = self.records
@@ -87,7 +88,7 @@ class History:
     @property
     def touches(self) -> tuple[Touch, ...]:
         """Contacts with each wall that was touched."""
-        return touches_from(self.contacts)
+        return touches_from(self.contacts) if self.progress["touches"]["count"].any() else ()
 
     @property
     def contacts(self) -> dict[str, Floats]:

@@ -29,7 +29,7 @@ from helimag.engine.system import System
 from helimag.engine.turn_memory import Memory, Square, slot_of, with_roll
 from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Turn, steps_between_nodes
 from helimag.physics.balance import Swimmer
-from helimag.physics.kinematics import ArmMotion, State, rpm_pose
+from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
 IN_STEP = wp.constant(wp.float64(-0.5))  # least cosine of the phase lag for leaps
@@ -38,6 +38,7 @@ SAFETY = wp.constant(wp.float64(0.85))
 GROWTH = wp.constant(wp.float64(1.5))
 SHRINK = wp.constant(wp.float64(0.2))
 LEAST_ERROR = wp.constant(wp.float64(1e-8))
+MISSED = wp.constant(wp.float64(0.05))  # of the tolerance, for what steps of a turn may miss: it changes unseen
 OLD = wp.constant(30)  # leaps after which the Jacobian is worked out again
 MOST_TURNS = wp.constant(100)  # of a leap
 FIRST_LOOK = wp.constant(0)  # turn of a leap after which room is looked at
@@ -60,6 +61,19 @@ EIGHTH = wp.constant(wp.float64(0.125))
 def in_step(lag: wp.vec2d) -> bool:
     """Whether the moment is near enough to the field for leaps."""
     return lag[0] > IN_STEP * wp.length(lag)
+
+
+@wp.func
+def rolls_along(turn: Turn, roll: wp.float64, leap: Leap) -> bool:
+    """Whether the device rolled once with the magnet in a turn, the same way as before, so that turns are alike.
+
+    In step it need not: a field that swings across it, and does not go around it, takes it back again.
+    """
+    begin = normalized(leap.aim)
+    turned = ZERO
+    for i in range(3, 7):
+        turned += begin[i] * turn.end[i]
+    return turned > ZERO and (leap.stage == BEGINNING or roll == leap.roll)
 
 
 @wp.func
@@ -196,15 +210,32 @@ def first_followed(turn: Turn, roll: wp.float64, period: wp.float64, before: Pro
 
 
 @wp.func
-def column_followed(turn: Turn, control: Control, memory: Memory, run: int, before: Progress) -> Progress:
+def miss_followed(miss: Place, control: Control, period: wp.float64, before: Progress) -> Progress:
+    """Progress after a turn in twice as many steps: leaps begin; or again, with finer steps, where that misses much."""
+    p = before
+    p.leap.miss = miss
+    p.leap.stage = GUESSING
+    p.leap.age = 0
+    lasting = miss
+    lasting[5] = ZERO  # a turn that begins with another roll ends with the same
+    ratio = largest(lasting, control) / (MISSED * control.tolerance)
+    if ratio > ONE:
+        needed = int(wp.ceil(wp.float64(p.leap.fine) * wp.pow(ratio, EIGHTH)))
+        p = given_up(p, wp.where(needed > FINEST, LONG_RETRY, ZERO), period)
+        p.leap.fine = wp.where(needed > FINEST, 0, needed)
+    return p
+
+
+@wp.func
+def column_followed(
+    turn: Turn, control: Control, memory: Memory, run: int, period: wp.float64, before: Progress
+) -> Progress:
     """Progress after a turn for the Jacobian."""
     p = before
     now = slot_of(p.leap.pushes - 1)
     change = to_chart(p.leap.reference, turn.end) - to_chart(p.leap.reference, memory.ends[run, now])
     if p.leap.column == 6:
-        p.leap.miss = change
-        p.leap.stage = GUESSING
-        p.leap.age = 0
+        p = miss_followed(change, control, period, p)
     else:
         slope = change / difference(control, p.leap.column)
         jacobian = memory.jacobians[run]
@@ -367,10 +398,12 @@ def build_tried(system: System) -> wp.Function:
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
         turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
         p.leap.followed += wp.int64(1)
+        if not rolls_along(turn, roll, p.leap):
+            turn.cosine = -ONE
         if p.leap.stage == BEGINNING:
             p = first_followed(turn, roll, period, p)
         elif p.leap.stage == COLUMNS:
-            p = column_followed(turn, control, memory, run, p)
+            p = column_followed(turn, control, memory, run, period, p)
         elif p.leap.stage == GUESSING:
             p = guess_followed(turn, drive, magnets, control, bounds, memory, run, period, p)
         elif turn.cosine > IN_STEP:

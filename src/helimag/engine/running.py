@@ -17,7 +17,7 @@ from helimag.engine.batch import TOLERANCE, Batch, Stepping, started
 from helimag.engine.history import History
 from helimag.engine.kernels import check_device, ready
 from helimag.engine.loop import build_advance
-from helimag.engine.methods import DOP853, Method
+from helimag.engine.methods import MULTIREVOLUTION, Method
 from helimag.engine.packing import pack_bodies
 from helimag.engine.start import start_state
 from helimag.engine.system import System, system_of
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 LAUNCH_SECONDS = 0.1  # how long a launch may take before the host gets a word in
 FIRST_BUDGET = 1000  # steps of a first launch
 RUNS_PER_BATCH = 8
-SHORT_RUNS_PER_BATCH = 64  # what a batch costs by itself would be most of a few short runs' time
+SHORT_RUNS_PER_BATCH = 128  # what a batch costs by itself would be most of a few short runs' time
 SHORT = 100.0  # turns of the magnet
 LOG = logging.getLogger(__name__)
 PATIENCE = 0.1  # s between looks at what is under way
@@ -84,7 +84,7 @@ def advancing(
     initial_states: Floats | None = None,
     after: Sequence[History | None] | None = None,
     tolerance: float = TOLERANCE,
-    method: Method = DOP853,
+    method: Method = MULTIREVOLUTION,
     system: Callable[[Scenario], System] = system_of,
     device: str = "cpu",
     threads: int | None = None,
@@ -103,7 +103,7 @@ def advancing(
     tolerance
         Of one step, in quaternion components and in positions over the helix' length.
     method
-        What takes the steps.
+        What takes the steps; default leaps over turns of the magnet where they hold, and direct steps elsewhere.
     system
         Which formulas a scenario is run with.
     device
@@ -163,7 +163,7 @@ def advance(
     *,
     initial_states: Floats | None = None,
     tolerance: float = TOLERANCE,
-    method: Method = DOP853,
+    method: Method = MULTIREVOLUTION,
     system: Callable[[Scenario], System] = system_of,
     device: str = "cpu",
     threads: int | None = None,

@@ -13,7 +13,7 @@ from helimag.checks import cautions
 from helimag.engine.accuracy import Accuracy, accuracy_of
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
-from helimag.engine.methods import method_named
+from helimag.engine.methods import DEFAULT, method_named
 from helimag.engine.observe import observed
 from helimag.engine.running import advance
 from helimag.errors import RunError
@@ -35,7 +35,7 @@ def simulate(
     interval: float | str | None = None,
     initial_state: Floats | None = None,
     tolerance: float = TOLERANCE,
-    method: str = "direct",
+    method: str = DEFAULT,
     device: str = "cpu",
     accuracy: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -53,8 +53,8 @@ def simulate(
     tolerance
         Of one step, see :func:`advance`.
     method
-        ``"direct"``, or ``"multirevolution"``: leaps over turns of the magnet where the device keeps in step and
-        nothing is near, see :mod:`helimag.engine.leaps`.
+        ``"multirevolution"``: leaps over turns of the magnet where the device keeps in step and nothing is near, see
+        :mod:`helimag.engine.leaps`, and direct steps elsewhere; or ``"direct"``: steps all the way.
     device
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     accuracy
@@ -101,7 +101,7 @@ def simulate_many(
     *,
     initial_states: Floats | None = None,
     tolerance: float = TOLERANCE,
-    method: str = "direct",
+    method: str = DEFAULT,
     device: str = "cpu",
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -117,8 +117,8 @@ def simulate_many(
     tolerance
         Of one step, see :func:`advance`.
     method
-        ``"direct"``, or ``"multirevolution"``: leaps over turns of the magnet where the device keeps in step and
-        nothing is near, see :mod:`helimag.engine.leaps`.
+        ``"multirevolution"``: leaps over turns of the magnet where the device keeps in step and nothing is near, see
+        :mod:`helimag.engine.leaps`, and direct steps elsewhere; or ``"direct"``: steps all the way.
     device
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     threads

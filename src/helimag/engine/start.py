@@ -1,6 +1,7 @@
 """Where a run begins, and in which attitude: the one place that knows how a scenario's device lies at t = 0."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,13 @@ def start_attitude(scenario: Scenario) -> Floats:
     yaw, _ = drive.angles
     along = np.array([math.cos(yaw), math.sin(yaw), 0.0])
     ahead = float(forward(scenario) @ along) > 0.0
-    return quaternion_product(_about(2, yaw), LEVEL if ahead == (drive.heading == "head") else TURNED_ROUND)
+    return _lying(yaw, turned_round=ahead != (drive.heading == "head")).copy()
+
+
+@lru_cache(maxsize=64)  # the runs of a sweep begin in few attitudes
+def _lying(yaw: float, *, turned_round: bool) -> Floats:
+    """Quaternion of a level device along a yaw (rad), nose first or, turned round, tail first."""
+    return quaternion_product(_about(2, yaw), TURNED_ROUND if turned_round else LEVEL)
 
 
 def angles_of_start(scenario: Scenario) -> tuple[float, float, float]:

@@ -11,9 +11,7 @@ from typing import Any
 
 import warp as wp
 
-from helimag.engine.contact import held_in
 from helimag.engine.medium import OPEN_WATER, Medium
-from helimag.engine.walls import NEAR_WALLS
 from helimag.physics import magnetics
 from helimag.physics.balance import Swimmer, load_on, moment_of
 from helimag.physics.kinematics import (
@@ -64,10 +62,22 @@ def leaps_hold(system: System) -> bool:
 def system_of(scenario: Scenario) -> System:
     """The formulas that a scenario asks for."""
     pose = rpm_pose if scenario.drive.path is None else sampled_rpm_pose
+    return System(MAGNET_MODELS[scenario.magnet[0].field], pose, _medium_of(scenario))
+
+
+def _medium_of(scenario: Scenario) -> Medium:
+    """What surrounds its device; formulas of walls are imported, each a millisecond, where there are walls."""
     workspace, device = scenario.workspace, scenario.device
-    near = bool(device.hydrodynamics.near_walls) and not (workspace.floor is None and workspace.surface is None)
-    medium = NEAR_WALLS if near else OPEN_WATER
-    return System(MAGNET_MODELS[scenario.magnet[0].field], pose, held_in(medium) if workspace.holds else medium)
+    medium = OPEN_WATER
+    if device.hydrodynamics.near_walls and not (workspace.floor is None and workspace.surface is None):
+        from helimag.engine.walls import NEAR_WALLS
+
+        medium = NEAR_WALLS
+    if not workspace.holds:
+        return medium
+    from helimag.engine.contact import held_in
+
+    return held_in(medium)
 
 
 @cache

@@ -3,10 +3,12 @@
 import warp as wp
 
 from helimag.outcomes import Limit
-from helimag.physics.contact import Counts, Six
 
 HALF = wp.constant(wp.float64(0.5))
 WALLS = len(Limit)
+
+WallCounts = wp.types.vector(length=WALLS, dtype=wp.int32)
+WallTimes = wp.types.vector(length=WALLS, dtype=wp.float64)
 
 
 @wp.struct
@@ -15,10 +17,10 @@ class Touches:
 
     now: wp.int32  # walls that push
     lately: wp.int32  # and those that have since the last sample
-    count: Counts  # how often each began to
-    first: Six  # when it first did, s
-    last: Six  # and last
-    total: Six  # for how long in all, s
+    count: WallCounts  # how often each began to
+    first: WallTimes  # when it first did, s
+    last: WallTimes  # and last
+    total: WallTimes  # for how long in all, s
 
 
 @wp.func

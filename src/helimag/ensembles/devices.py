@@ -97,10 +97,14 @@ class Devices:
         return told.hexdigest()
 
     def check_apart_from(self, paths: Sequence[str], what: str) -> None:
-        """Raise InputError where one of the uncertain inputs is also varied; ``what`` says as what."""
+        """Raise InputError where an uncertain input, or another one of the device, is varied; ``what`` says as what."""
         for path in paths:
             if path in self.inputs:
                 raise InputError(f"'{path}' is {what}, but the calibration decides it: leave it out of one of them")
+            if path.startswith("device."):
+                raise InputError(
+                    f"'{path}' is {what}, but the calibration is of one device and says nothing of others: leave it out"
+                )
         check_apart(dict.fromkeys((*self.inputs, *paths)))
 
     def nominal(self, scenario: Scenario) -> Scenario:

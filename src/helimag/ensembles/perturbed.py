@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine import TOLERANCE, History, advance, start_state
+from helimag.engine import DEFAULT, TOLERANCE, History, advance, method_named, start_state
 from helimag.errors import InputError, RunError
 from helimag.outcomes import End, Verdict
 from helimag.runs import Judgement
@@ -170,6 +170,7 @@ def ensemble(
     runs: int = RUNS,
     seed: int = 0,
     tolerance: float = TOLERANCE,
+    method: str = DEFAULT,
     device: str = "cpu",
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -188,6 +189,8 @@ def ensemble(
         Of the draws: the same seed draws the same copies.
     tolerance
         Of one step, see :func:`helimag.engine.advance`.
+    method
+        As for :func:`helimag.simulate`.
     device
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     threads
@@ -213,6 +216,7 @@ def ensemble(
         runs=runs,
         seed=seed,
         tolerance=tolerance,
+        method=method_named(method),
         device=device,
         threads=threads,
         progress=progress,

@@ -26,7 +26,6 @@ PULL_REACH = wp.constant(wp.float64(0.1))  # of a ball's radius: how far a surfa
 MOST_PIVOTS = wp.constant(128)  # twice all sets of touching points
 
 Six = wp.types.vector(length=6, dtype=wp.float64)  # head along x, y, z, then tail
-Counts = wp.types.vector(length=6, dtype=wp.int32)
 SixBySix = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
 
 

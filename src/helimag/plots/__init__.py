@@ -12,7 +12,7 @@ except ImportError as _error:
 _matplotlib.set_loglevel("ERROR")  # its remarks on fonts and caches are no part of a command's output
 
 from helimag.plots._calibration import draw_fit  # noqa: E402
-from helimag.plots._film import animate  # noqa: E402
+from helimag.plots._film import animate, check_filming  # noqa: E402
 from helimag.plots._known import draw_known  # noqa: E402
 from helimag.plots._orbits import draw_branches, draw_stability  # noqa: E402
 from helimag.plots._pages import interactive_sweep, save_html  # noqa: E402
@@ -33,6 +33,7 @@ __all__ = [
     "Size",
     "StraightRun",
     "animate",
+    "check_filming",
     "draw_basin",
     "draw_branches",
     "draw_cell",

@@ -56,6 +56,20 @@ def animate(trajectory: Trajectory, path: str | Path, *, progress: Callable[[flo
         _encode(pictures, beside, path)
 
 
+def check_filming() -> None:
+    """Refuse films where they cannot be made.
+
+    Raises
+    ------
+    MissingExtra
+        Where PyAV is not installed.
+    """
+    try:
+        import av  # noqa: F401
+    except ImportError:
+        raise MissingExtra.of("filming", "av", "plots") from None
+
+
 def _reported(
     pictures: Iterable[NDArray[np.uint8]], count: int, report: Callable[[float], None]
 ) -> Iterable[NDArray[np.uint8]]:
@@ -111,10 +125,9 @@ def remark(run: Shown) -> str:
 
 def _encode(pictures: Iterable[NDArray[np.uint8]], beside: Path, path: str | Path) -> None:
     """Write pictures (height, width, 3) as H.264 in an MP4 container."""
-    try:
-        import av
-    except ImportError:
-        raise MissingExtra.of("filming", "av", "plots") from None
+    check_filming()
+    import av
+
     try:
         with av.open(str(beside), "w", format="mp4") as container:
             stream = container.add_stream(

@@ -47,7 +47,7 @@ def shown(trajectory: Trajectory) -> Shown:
     Raises
     ------
     InputError
-        Where it has no samples, or none with a finite position.
+        Where it has fewer than two samples with a finite position.
     """
     data = trajectory.dataset
 
@@ -55,8 +55,8 @@ def shown(trajectory: Trajectory) -> Shown:
         return scale * np.asarray(data[name].values, dtype=np.float64) if name in data else None
 
     position = values("position", 1e3)
-    if position is None or not np.isfinite(position).all(axis=1).any():
-        raise InputError("a run must have at least one sample with a finite position to be drawn")
+    if position is None or np.isfinite(position).all(axis=1).sum() < 2:
+        raise InputError("a run must have at least two samples with a finite position to be drawn")
     height = position[:, 2]
     low, high = values("height_low", 1e3), values("height_high", 1e3)
     attack, attack_spread = _attack(values("attack_mean"), values("attack_mean_square"), values("attack_angle"))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from helimag.plots._style import BLUE, MM, VERMILLION, Sheet, Size, head, styled
 from helimag.runs.comparison import Comparison
-from helimag.runs.measurement import NORMAL_95
+from helimag.runs.measurement import NORMAL_95, interval_text
 from helimag.scenario import drive_inputs, parse
 
 Floats = NDArray[np.float64]
@@ -106,13 +106,12 @@ def _differences(panel: Any, comparison: Comparison, cuts: NDArray[np.int64]) ->
 def _summary(comparison: Comparison) -> str:
     numbers = comparison.numbers
     measured, simulated = numbers["measured"], numbers["simulated"]
-    low, high = measured["gain_95"]
     note = [] if comparison.really_measured else [f"'measured' is a simulation itself ({measured['source']})"]
     return "\n".join(
         [
             *note,
             f"common time {numbers['from_s']:.2f} s to {numbers['until_s']:.2f} s",
-            f"gain measured {measured['gain']:.4f}, 95 % {low:.4f} to {high:.4f}",
+            f"gain measured {measured['gain']:.4f}, {interval_text(measured['gain_95'], 4)}",
             f"gain simulated {simulated['gain']:.4f}",
             f"|y| measured {1e3 * measured['output_y_m']:.3f} mm, simulated {1e3 * simulated['output_y_m']:.3f} mm",
             f"verdict measured {measured['verdict']}, simulated {simulated['verdict']}",

@@ -7,6 +7,7 @@ from helimag.runs.gain import Judgement, gain_until, judge
 from helimag.runs.heights import Heights, SlowTimes
 from helimag.runs.imported import import_track
 from helimag.runs.leading import leading_end, path_cosine
+from helimag.runs.measurement import interval_text
 from helimag.runs.netcdf import read_netcdf, write_netcdf
 from helimag.runs.smoothing import smooth
 from helimag.runs.tables import Columns, read_table
@@ -25,6 +26,7 @@ __all__ = [
     "compare",
     "gain_until",
     "import_track",
+    "interval_text",
     "judge",
     "leading_end",
     "measurement",

@@ -11,7 +11,7 @@ from helimag.errors import InputError
 from helimag.geometry import turn
 from helimag.outcomes import End
 from helimag.runs.gain import Judgement, judge
-from helimag.runs.measurement import NORMAL_95, Measured, gain, output
+from helimag.runs.measurement import NORMAL_95, SIMULATIONS, Measured, gain, output
 from helimag.runs.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
@@ -21,7 +21,6 @@ LATEST = 5.0  # shift in time that the fit tries (s)
 TRIES = 201
 # share by which a shift in time must lessen the rms difference to be used: along a steady path it is undetermined
 WORTH = 0.02
-SIMULATIONS = ("simulated", "rendered", "staged")  # sources of runs that nobody measured
 BEGINNING = 0.5  # over which the start is averaged (s)
 
 
@@ -93,8 +92,13 @@ class Comparison:
         return whole[0] - part[0], whole[1] - part[1]
 
     @property
-    def agrees(self) -> bool:
-        """Whether both have the same verdict and the simulated gain lies in the measured gain's 95 % interval."""
+    def agrees(self) -> bool | None:
+        """Whether both have the same verdict and the simulated gain lies in the measured gain's 95 % interval.
+
+        None where that interval is not known.
+        """
+        if self.measured_gain.interval is None:
+            return None
         same = self.measured_judgement.verdict == self.simulated_part.verdict
         slack = 1e-9 * self.simulated_gain  # of rounding
         return bool(same and self.measured_gain.low - slack <= self.simulated_gain <= self.measured_gain.high + slack)
@@ -125,9 +129,9 @@ class Comparison:
                 "source": self.measured_source,
                 "really_measured": self.really_measured,
                 "gain": self.measured_gain.value,
-                "gain_95": [self.measured_gain.low, self.measured_gain.high],
+                "gain_95": self.measured_gain.interval,
                 "output_y_m": self.measured_output.value,
-                "output_y_95_m": [self.measured_output.low, self.measured_output.high],
+                "output_y_95_m": self.measured_output.interval,
                 "verdict": str(self.measured_judgement.verdict),
                 "reason": self.measured_judgement.reason,
             },

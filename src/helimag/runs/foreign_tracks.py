@@ -34,7 +34,14 @@ def canonical(table: list[Cells]) -> tuple[str, list[Cells]]:
     heads = [cell.strip() for cell in table[0][1]]
     if {"POSITION_X", "POSITION_T"} <= {head.upper() for head in heads}:
         return "TrackMate", _trackmate(table)
+    if heads[0].startswith("<?xml"):
+        raise InputError("it is an XML file and no table; of TrackMate, export the spots as CSV")
     if heads[0].lower() == "scorer" and any(cells[0].strip() == "bodyparts" for _, cells in table[1:3]):
+        if any(cells[0].strip() == "coords" and "z" in cells for _, cells in table[2:4]):
+            raise InputError(
+                "it is a table of DeepLabCut in space, without times and units: write one line of heads, 'time [s]', "
+                "'x [mm]', 'y [mm]', 'z [mm]', with z up in the lab"
+            )
         raise InputError(
             "it is a table of DeepLabCut: places in one camera's picture (px), and a track needs time, x, y, z in the "
             "lab; triangulate both cameras' tables first, or give the films to 'helimag vision track'"
@@ -54,11 +61,17 @@ def canonical(table: list[Cells]) -> tuple[str, list[Cells]]:
 def _trackmate(table: list[Cells]) -> list[Cells]:
     """Spots of TrackMate: names for the program, names to read twice, units, and a line a spot."""
     heads = [cell.strip().upper() for cell in table[0][1]]
+    table = [(i, cells + [""] * (len(heads) - len(cells))) for i, cells in table]  # a line may have been cut
+    twice = [key for key in _TRACKMATE if heads.count(key) > 1]
+    if twice:
+        raise InputError(f"it is a table of TrackMate and must have {twice[0]} once; it has {', '.join(heads)}")
     places = {name: heads.index(key) for key, name in _TRACKMATE.items() if key in heads}
     if len(places) < len(_TRACKMATE):
         raise InputError(f"it is a table of TrackMate and must have {', '.join(_TRACKMATE)}; it has {', '.join(heads)}")
     begin = next((k for k, (_, cells) in enumerate(table) if k and _is_number(cells[places["x"]])), len(table))
     rows = table[begin:]
+    if not rows or begin == 1:
+        raise InputError("it is a table of TrackMate and must have a line of units, such as (mm) and (sec), and spots")
     track = heads.index("TRACK_ID") if "TRACK_ID" in heads else None
     if track is not None and len({cells[track] for _, cells in rows if cells[track].strip()}) > 1:
         raise InputError("it is a table of TrackMate and must hold one track; filter it to the device's")
@@ -69,7 +82,8 @@ def _trackmate(table: list[Cells]) -> list[Cells]:
             f"interval there (Image > Properties) and export again"
         )
     first = [f"{name} [{_UNITS.get(unit.lower(), unit)}]" for name, unit in zip(places, units, strict=True)]
-    ordered = sorted(rows, key=lambda row: float(row[1][places["time"]]))
+    timed = all(_is_number(cells[places["time"]]) for _, cells in rows)  # what is none is refused by its line
+    ordered = sorted(rows, key=lambda row: float(row[1][places["time"]])) if timed else rows
     return [(table[0][0], first), *((i, [cells[place] for place in places.values()]) for i, cells in ordered)]
 
 

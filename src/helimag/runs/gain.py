@@ -89,15 +89,14 @@ def judge(run: Heights) -> Judgement:
     """
     for name in ("time", "low", "high", "mean", "attack", "attack_square"):
         values = getattr(run, name)
-        if values.size == 0 or not np.all(np.isfinite(values)):
+        if values.size == 0 or not np.isfinite(values).all():
             raise InputError(f"a run must have samples of {name} that are all finite")
     if not run.initial_gap > 0.0:
         raise InputError("the gain needs a device that starts at another height than the magnet")
     output = float(run.high.max() - run.low.min())
     cause, reason, escape_time = _cause(run)
-    late = run.time >= run.time[0] + (run.time[-1] - run.time[0]) / 2.0
-    attack_angle = float(_time_mean(run, run.attack, late))
-    variance = float(_time_mean(run, run.attack_square, late)) - attack_angle**2
+    attack_angle, square = _late_means(run)
+    variance = square - attack_angle**2
     return Judgement(
         gain=output / run.initial_gap,
         output=output,
@@ -139,12 +138,14 @@ def gain_until(run: Heights, time: float) -> float:
     return float(run.high[part].max() - run.low[part].min()) / run.initial_gap
 
 
-def _time_mean(run: Heights, values: Floats, where: NDArray[np.bool_]) -> float:
-    """Mean over time of interval means: each sample stands for the interval that it ends."""
-    spans = np.diff(run.time, prepend=run.time[0])
-    if not spans[where].sum() > 0.0:
-        return float(values[where].mean())
-    return float(np.average(values[where], weights=spans[where]))
+def _late_means(run: Heights) -> tuple[float, float]:
+    """Means over the second half of the run of attack angle (rad) and its square: a sample is of what it ends."""
+    late = run.time >= run.time[0] + (run.time[-1] - run.time[0]) / 2.0
+    weights = run.spans[late]
+    total = weights.sum()
+    if not total > 0.0:
+        weights, total = np.ones_like(weights), float(weights.size)
+    return float((run.attack[late] * weights).sum() / total), float((run.attack_square[late] * weights).sum() / total)
 
 
 def _cause(run: Heights) -> tuple[Reason, str, float | None]:
@@ -168,8 +169,10 @@ def _fallen_since(run: Heights) -> float | None:
     """When the head passed the fallen line for good, if it ends below it and still sinks; None otherwise."""
     line = run.mean[0] - FALLEN * run.initial_gap
     if run.end is not End.FALL:
-        late = run.part_means()[-2:]
-        if not (run.high[-1] < line and late[1] < late[0] - STILL * run.initial_gap):
+        if not run.high[-1] < line:
+            return None
+        before, last = run.part_means()[-2:]
+        if not last < before - STILL * run.initial_gap:
             return None
     above = np.flatnonzero(run.high >= line)
     return float(run.time[min(above[-1] + 1, run.time.size - 1)])

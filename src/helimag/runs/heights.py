@@ -62,12 +62,19 @@ class Heights:
         """From the first sample to the last (s)."""
         return float(self.time[-1] - self.time[0])
 
+    @property
+    def spans(self) -> Floats:
+        """How long the interval is that each sample ends (n,): none for the first (s)."""
+        spans = np.zeros_like(self.time)
+        np.subtract(self.time[1:], self.time[:-1], out=spans[1:])
+        return spans
+
     def part_means(self) -> Floats:
         """Mean height in each of ``PARTS`` equally long pieces of the run (m)."""
         if not self.span > 0.0:
             return np.full(PARTS, self.mean[0])
         edges = np.linspace(self.time[0], self.time[-1], PARTS + 1)
-        integral = np.cumsum(np.diff(self.time, prepend=self.time[0]) * self.mean)
+        integral = np.cumsum(self.spans * self.mean)
         return np.asarray(np.diff(np.interp(edges, self.time, integral)) / np.diff(edges))
 
     def quarters(self) -> NDArray[np.int64]:

@@ -1,6 +1,7 @@
 """What a measured run says, with uncertainty: |y|, gain, and the attack angle in windows of time."""
 
 import json
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -20,13 +21,29 @@ TWICE_NOISY = (
 NORMAL_95 = 1.959963984540054
 
 
+SIMULATIONS = ("simulated", "rendered", "staged")  # sources of runs that nobody measured
+
+
 class Measured(NamedTuple):
-    """A value with its standard deviation and 95 % interval (SI)."""
+    """A value with its standard deviation and 95 % interval (SI); nan where a run does not say how exact it is."""
 
     value: float
     sd: float
     low: float
     high: float
+
+    @property
+    def interval(self) -> list[float] | None:
+        """Both ends of the interval; None where it is not known."""
+        return None if math.isnan(self.sd) else [self.low, self.high]
+
+
+def interval_text(interval: list[float] | None, digits: int, *, per: float = 1.0, unit: str = "") -> str:
+    """A 95 % interval in words, its ends in a ``unit`` of which an SI unit is ``per``."""
+    if interval is None:
+        return "95 % interval not known: the track has no standard deviations"
+    low, high = (f"{per * end:.{digits}f}" for end in interval)
+    return f"95 % {low} to {high}{unit}"
 
 
 @dataclass(frozen=True)
@@ -46,7 +63,7 @@ class Windows:
 
 
 def output(run: Trajectory, *, seed: int = 0) -> Measured:
-    """Range of heights |y| of a run with its uncertainty; exact for a simulated run.
+    """Range of heights |y| of a run with its uncertainty; exact for a simulated run, not known for a track without.
 
     The value is that of :func:`helimag.runs.gain.judge`. Noise makes a range larger: the interval reaches lower by as
     much as the measured covariance lengthens the range of runs drawn about the measured heights. Frames miss what
@@ -60,7 +77,8 @@ def output(run: Trajectory, *, seed: int = 0) -> Measured:
     """
     value = run.judgement.output
     if "position_covariance" not in run.dataset:
-        return Measured(value, 0.0, value, value)
+        simulated = run.dataset.attrs.get("source") in SIMULATIONS
+        return Measured(value, 0.0, value, value) if simulated else Measured(value, *[math.nan] * 3)
     time = np.asarray(run.dataset["time"].values, dtype=np.float64)
     height = np.asarray(run.dataset["position"].values[:, 2], dtype=np.float64)
     if "position_noise" in run.dataset:  # without the calibration's error, which moves all samples together
@@ -152,11 +170,11 @@ def report(run: Trajectory) -> dict[str, Any]:
     attributes = run.dataset.attrs
     result: dict[str, Any] = {
         "gain": ratio.value,
-        "gain_sd": ratio.sd,
-        "gain_95": [ratio.low, ratio.high],
+        "gain_sd": None if ratio.interval is None else ratio.sd,
+        "gain_95": ratio.interval,
         "output_y_m": size.value,
-        "output_y_sd_m": size.sd,
-        "output_y_95_m": [size.low, size.high],
+        "output_y_sd_m": None if size.interval is None else size.sd,
+        "output_y_95_m": size.interval,
         "input_u_m": judgement.input,
         "verdict": str(judgement.verdict),
         "reason": judgement.reason,

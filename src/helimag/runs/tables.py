@@ -20,7 +20,9 @@ Cells = tuple[int, list[str]]  # its number in the file, and its cells
 Translation = Callable[[list[Cells]], tuple[str, list[Cells]]]  # also names the program that wrote the table
 
 _HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]\s*)?")
+_SLASHED = re.compile(r"\s*([A-Za-z_ -]+?)\s*/\s*(\S.*?)\s*")  # x / mm
 _DECIMAL_COMMA = re.compile(r"[-+]?(\d+,\d*|,\d+)([eE][-+]?\d+)?")
+_STATED = re.compile(r"\s*sep=([,;\t])\s*", re.IGNORECASE)
 _EMPTY = ("", "nan", "na")
 _SHOWN = 12  # heads that a refusal lists
 
@@ -63,10 +65,11 @@ def read_table(
 ) -> Columns:
     """Read the columns of a table that are wanted; others are passed over.
 
-    The first line that is neither blank nor a comment (``#``) holds the heads, each a name and a unit: ``x [mm]`` or
-    ``X (mm)``. Upper and lower case are the same, and so are blank, hyphen and underscore within a name. Cells are
-    separated by commas, semicolons or tabs; with the latter two, numbers may have decimal commas. The text is UTF-8,
-    with or without byte-order mark, or Windows-1252 (of which printable Latin-1 is a part).
+    The first line that is neither blank nor a comment (``#``) holds the heads, each a name and a unit: ``x [mm]``,
+    ``X (mm)`` or ``x / mm``. Upper and lower case are the same, and so are blank, hyphen and underscore within a name.
+    Cells are separated by commas, semicolons or tabs; with the latter two, numbers may have decimal commas. The text is
+    UTF-8, with or without byte-order mark, UTF-16 with one, or Windows-1252 (of which printable Latin-1 is a part). A
+    first line such as ``sep=;`` is heeded.
 
     Parameters
     ----------
@@ -107,7 +110,7 @@ def _text(path: Path) -> str:
     except OSError as error:
         raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
     try:
-        text = content.decode("utf-8-sig")
+        text = content.decode("utf-16" if content.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
     except UnicodeDecodeError:
         text = content.decode("cp1252", errors="replace")
     if "\0" in text:
@@ -127,12 +130,16 @@ def _table(
     lines = [(i, line) for i, line in written if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise InputError("it is empty; a table has a line of heads, such as 'time [s], x [mm]', and two rows or more")
-    separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
-    table = [(i, _cells(line, separator)) for i, line in lines]
+    stated = _STATED.fullmatch(lines[0][1])  # as spreadsheets write it for each other
+    lines = lines[1:] if stated and len(lines) > 1 else lines
+    separator = stated[1] if stated else next((mark for mark in ";\t" if mark in lines[0][1]), ",")
+    table = [(i, cells) for i, cells in ((i, _cells(line, separator)) for i, line in lines) if cells]
+    if not table:
+        raise InputError("it holds nothing but separators")
     program, table = translate(table) if translate else ("", table)
     first, heads = table[0]
     places = _places(heads, first, kinds, needed)
-    rows = [(i, cells) for i, cells in table[1:] if any(cells)]
+    rows = table[1:]
     if len(rows) < 2:
         raise InputError(f"a table has a line of heads and two rows or more; it has {len(rows)} below its heads")
     for i, cells in rows:
@@ -163,7 +170,7 @@ def _places(
     """Where each wanted column stands, and what its unit is in SI."""
     found: dict[str, tuple[int, float]] = {}
     for place, head in enumerate(heads):
-        match = _HEAD.fullmatch(head)
+        match = _SLASHED.fullmatch(head) or _HEAD.fullmatch(head)
         name = "_".join(match[1].lower().replace("-", " ").replace("_", " ").split()) if match else ""
         if match is None or name not in kinds:
             continue
@@ -205,6 +212,7 @@ def _number(cell: str, separator: str) -> float:
     """The number in a cell; nan where there is none."""
     if separator != "," and _DECIMAL_COMMA.fullmatch(cell):
         cell = cell.replace(",", ".")
+    cell = cell.replace("\u2212", "-")
     try:
         return math.nan if "_" in cell else float(cell)  # Python, unlike everyone else, reads 1_000 as a thousand
     except ValueError:

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import unicodedata
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Any, Self
@@ -18,6 +19,7 @@ from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Workspace
 from helimag.scenario._titles import titled
 
 ORIGIN = "_origin"  # beside the fields, and none of them: what a scenario was changed from says nothing of what it is
+UNWRITTEN = {"Cc", "Cs", "Zl", "Zp"}  # categories of characters that no name in a figure, file or terminal holds
 MARKS = ("published", "fitted", "assumed", "measured")
 
 
@@ -47,6 +49,8 @@ class Scenario(Part):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        if any(unicodedata.category(character) in UNWRITTEN for character in self.name):
+            raise InputError(f"name must be one line without control characters; got {self.name!a}")
         if len({magnet.field for magnet in self.magnet}) > 1:
             raise InputError("magnet: all magnets must have the same field model")
         if self.drive.distance <= self.contact_distance:
@@ -140,8 +144,8 @@ class Scenario(Part):
         touched = {path.partition(".")[0] for path in changes} & Scenario.model_fields.keys()
         data = {name: getattr(self, name) for name in Scenario.model_fields}
         data |= self.model_dump(mode="python", include=touched)
-        marks = data["provenance"].items()
-        data["provenance"] = {key: mark for key, mark in marks if not any(_overlap(key, path) for path in changes)}
+        kept = _apart(tuple(data["provenance"]), tuple(changes))
+        data["provenance"] = {key: data["provenance"][key] for key in kept}
         for path, value in changes.items():
             self._assign(data, path, value)
         changed = validated(data, in_file=False)
@@ -201,7 +205,12 @@ def _without_none(value: Any) -> Any:
     return value
 
 
-@lru_cache(maxsize=4096)  # the same marks and paths for every run of a sweep
+@lru_cache(maxsize=64)  # the same marks and paths for every run of a sweep
+def _apart(marks: Sequence[str], paths: Sequence[str]) -> tuple[str, ...]:
+    """The marks that speak of none of the paths."""
+    return tuple(mark for mark in marks if not any(_overlap(mark, path) for path in paths))
+
+
 def _overlap(one: str, other: str) -> bool:
     """Whether one of two dotted paths lies within the other, so that a mark on the one speaks of the other.
 

@@ -1,9 +1,10 @@
 """The live run of a tab: workers that always compute what was asked last, and never block the page.
 
 Asking is instant. Whatever was on its way for an older question is given up, and nothing is replayed; the last question
-is always answered. Two threads answer it, side by side: one at once, by leaps over turns of the magnet where those hold
-and with the run's beginning where they do not; the other with the run as the command line has it, and then, when the
-hand rests, with the outlook. The kernels run outside of Python's lock, so threads are enough.
+is always answered. Two threads answer it, side by side: one at once, with the run where leaps over turns of the magnet
+make it short and with the run's beginning where they do not; the other with the run, however long it takes, once the
+hand is slow enough, and then, when it rests, with the outlook. The kernels run outside of Python's lock, so threads are
+enough.
 """
 
 import logging
@@ -197,7 +198,7 @@ def _leapt(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory | N
             raise _Tedious
 
     try:
-        return simulate(scenario, method="multirevolution", progress=soon)
+        return simulate(scenario, progress=soon)
     except _Tedious:
         return None
 

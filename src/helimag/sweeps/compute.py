@@ -4,11 +4,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine import History, advance, start_state
+from helimag.engine import DEFAULT, History, advance, method_named, start_state
 from helimag.ensembles import Devices
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
@@ -18,7 +19,9 @@ from helimag.scenario import Scenario
 Rows = dict[str, NDArray[np.generic]]
 
 HASH_BYTES = 32
-AT_ONCE = 64  # runs of a chunk, those of devices too, whose histories are held in memory
+# runs of a chunk, those of devices too, whose histories are held in memory: as many as hold so many samples
+FEWEST_AT_ONCE, MOST_AT_ONCE = 64, 128
+SAMPLES_AT_ONCE = 120_000
 
 # name: unit, meaning; one number a run
 SCALARS: dict[str, tuple[str, str]] = {
@@ -50,10 +53,14 @@ SPREAD: dict[str, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Kept:
-    """What is kept of each point: its state at times (s), and how the devices end that it is run with."""
+    """What is kept of each point: its state at times (s), and how the devices end that it is run with.
+
+    ``method`` is what takes the steps of its runs, by the name that :func:`helimag.simulate` has for it.
+    """
 
     times: NDArray[np.float64] | None = None
     devices: Devices | None = None
+    method: str = DEFAULT
 
     @property
     def scalars(self) -> dict[str, tuple[str, str]]:
@@ -90,7 +97,7 @@ def compute(
     scenarios
         One a point; None where the point made no valid scenario.
     kept
-        What to keep of each beside its judgement.
+        What to keep of each beside its judgement, and how to run it.
     threads, progress
         As for :func:`helimag.engine.advance`.
     """
@@ -100,10 +107,12 @@ def compute(
     total = len(valid) * (1 if kept.devices is None else 1 + len(kept.devices))
     ended: dict[int, list[Judgement]] = {point: [] for point, _ in valid}
     runs, begin = _runs(valid, kept.devices), 0
-    while batch := list(islice(runs, AT_ONCE)):
+    at_once = _at_once([scenario for _, scenario in valid])
+    while batch := list(islice(runs, at_once)):
         states = np.array([run.state for run in batch])
         seen = None if progress is None else partial(_part_seen, progress, begin, len(batch), total)
-        histories = advance([run.scenario for run in batch], initial_states=states, threads=threads, progress=seen)
+        engine: dict[str, Any] = {"method": method_named(kept.method), "threads": threads, "progress": seen}
+        histories = advance([run.scenario for run in batch], initial_states=states, **engine)
         for run, history in zip(batch, histories, strict=True):
             if not run.drawn:
                 _fill(rows, run.point, history)
@@ -114,6 +123,12 @@ def compute(
         for point, judgements in ended.items():
             _fill_spread(rows, point, judgements, len(kept.devices))
     return rows
+
+
+def _at_once(scenarios: Sequence[Scenario]) -> int:
+    """How many runs to make at once: what each such batch costs by itself would be some of the time of short ones."""
+    samples = max((scenario.run.duration / scenario.run.sample_interval for scenario in scenarios), default=1.0)
+    return min(MOST_AT_ONCE, max(FEWEST_AT_ONCE, int(SAMPLES_AT_ONCE / samples)))
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from helimag.engine import method_named
 from helimag.ensembles import RUNS
 from helimag.errors import InputError
 from helimag.files import text_of, toml_tables
@@ -67,6 +68,12 @@ def _judged(word: str) -> str:
     return word
 
 
+def _known_method(name: str) -> str:
+    """The name of a method that takes steps."""
+    method_named(name)
+    return name
+
+
 class Boundary(Part):
     """Spend runs where the verdict changes, over two axes that give a coarse grid to begin with.
 
@@ -94,12 +101,17 @@ class EnsembleTable(Part):
 
 
 class Plan(Part):
-    """What a sweep runs and keeps."""
+    """What a sweep runs and keeps.
+
+    ``method`` is that of :func:`helimag.simulate`; left out, a new store takes its default, and one that was begun goes
+    on with its own.
+    """
 
     name: str = "sweep"
     base: str | Scenario
     changes: dict[str, Any] = {}
     duration: Time | None = None
+    method: Annotated[str, AfterValidator(_known_method)] | None = None
     samples: int = Field(default=100, ge=20, le=100_000)
     axis: tuple[Axis, ...] = Field(min_length=1)
     sample: Sampling | None = None

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
+from helimag.engine import DEFAULT
 from helimag.ensembles import Devices, noise_of
 from helimag.errors import InputError
 from helimag.scenario import Input, Parameters, Scenario, check_apart, load, varied
@@ -46,7 +47,8 @@ class ResolvedPlan:
     """All points of a sweep: ``shape`` gives the length of each dimension.
 
     With ``devices``, the base has the likeliest one, and each point is run with that and with every one that was drawn.
-    ``chunking`` is the shape of the chunks of a store that is there already, which may have been made by other rules.
+    ``chunking`` is the shape of the chunks of a store that is there already, which may have been made by other rules;
+    ``method`` takes the steps of all runs: the plan's, or else that of the store.
     """
 
     plan: Plan
@@ -55,6 +57,7 @@ class ResolvedPlan:
     shape: dict[str, int]
     devices: Devices | None = None
     chunking: tuple[int, ...] | None = None
+    method: str = DEFAULT
 
     @property
     def size(self) -> int:
@@ -149,9 +152,18 @@ class ResolvedPlan:
         InputError
             Where the values do not make a scenario.
         """
-        duration = float(values.get("run.duration", self.base.run.duration))
-        interval = min(self.plan.trajectory or duration / self.plan.samples, duration)
-        return varied(self.base, {**values, "run.interval": interval})
+        if "run.duration" not in values:
+            return varied(self._sampled_base, values)
+        return varied(self.base, {**values, "run.interval": self._interval(float(values["run.duration"]))})
+
+    @cached_property
+    def _sampled_base(self) -> Scenario:
+        """The base with the plan's samples, for points of its duration: their runs are not checked one by one."""
+        return varied(self.base, {"run.interval": self._interval(self.base.run.duration)})
+
+    def _interval(self, duration: float) -> float:
+        """Time between samples of a run of some duration (s)."""
+        return min(self.plan.trajectory or duration / self.plan.samples, duration)
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -161,13 +173,13 @@ class ResolvedPlan:
     @cached_property
     def identity(self) -> dict[str, Any]:
         """All that decides the runs, flat: dotted name to value. Names and provenance do not."""
-        told = {"name", "base", "changes", "duration", "ensemble"}
+        told = {"name", "base", "changes", "duration", "ensemble", "method"}
         plan = self.plan.model_dump(mode="json", exclude=told, exclude_none=True)
         base = self.base.model_dump(mode="json", exclude={"name", "provenance"}, exclude_none=True)
         drawn = (
             {} if self.devices is None else {"ensemble": {"draws": len(self.devices), "sha256": self.devices.digest}}
         )
-        return dict(_flat({**plan, **drawn, "scenario": json.loads(json.dumps(base))}))
+        return dict(_flat({**plan, **drawn, "method": self.method, "scenario": json.loads(json.dumps(base))}))
 
 
 def resolve(plan: Plan) -> ResolvedPlan:
@@ -192,11 +204,12 @@ def resolve(plan: Plan) -> ResolvedPlan:
     base = varied(base, changes) if changes else base
     devices = None if plan.ensemble is None else _devices(plan, plan.ensemble, base)
     base = base if devices is None else devices.nominal(base)
+    method = plan.method or DEFAULT
     _check_fields(plan, base)
     _check_size(plan, base)
     if plan.sample is not None or plan.boundary is not None:
         size = plan.sample.count if plan.sample else plan.boundary.budget if plan.boundary else 0
-        return ResolvedPlan(plan, base, _spread(plan, base), {"point": size}, devices)
+        return ResolvedPlan(plan, base, _spread(plan, base), {"point": size}, devices, method=method)
     axes: list[ResolvedAxis] = []
     shape: dict[str, int] = {}
     for axis in plan.axis:
@@ -213,7 +226,7 @@ def resolve(plan: Plan) -> ResolvedPlan:
         axes.append(ResolvedAxis(axis.field, name, dimension, kind, values))
     if set(shape) & {axis.name for axis in axes if axis.name != axis.dimension}:
         raise InputError("the name of a zip must not be an axis' name")
-    resolved = ResolvedPlan(plan, base, tuple(axes), shape, devices)
+    resolved = ResolvedPlan(plan, base, tuple(axes), shape, devices, method=method)
     _check_runs(plan, resolved.longest, resolved.size)
     return resolved
 

@@ -18,7 +18,7 @@ from helimag.sweeps.export import load_sweep
 from helimag.sweeps.plan import Plan, load_plan
 from helimag.sweeps.resolved import resolve
 from helimag.sweeps.rounds import check_first, chosen, planned
-from helimag.sweeps.store import Store, check_names, sample_times
+from helimag.sweeps.store import Store, check_names, kept_of
 
 if TYPE_CHECKING:
     import xarray
@@ -80,12 +80,11 @@ def sweep(
     check_names(resolved)
     check_first(resolved)
     place = Path(out)
-    kept = Kept(sample_times(resolved), resolved.devices)
     with ExitStack() as opened:
         # a scheduler that does not answer must not leave a store behind that nothing was computed for
         where = None if place.exists() else opened.enter_context(engine(scheduler, threads))
         store = opened.enter_context(Store.opened(place, resolved))
-        resolved = store.resolved
+        resolved, kept = store.resolved, kept_of(store.resolved)
         state = SweepProgress(total=resolved.runs)
         for chunk in sorted(store.done):
             _count(state, np.asarray(store.read(chunk, "verdict")), resolved.runs_each)

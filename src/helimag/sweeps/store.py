@@ -82,6 +82,7 @@ class Store:
         _needs_zarr()
         if not path.exists():
             _create(path, resolved)
+        resolved = replace(resolved, method=resolved.plan.method or _method(path))
         check_same_plan(path, resolved)
         with _locked(path):
             store = cls(path, replace(resolved, chunking=_chunking(path, resolved)))
@@ -164,6 +165,11 @@ def checksum(file: Path) -> int:
 
 def _remedy(file: Path) -> str:
     return f"remove {file} and run the same command again: this chunk alone is computed anew"
+
+
+def kept_of(resolved: ResolvedPlan) -> Kept:
+    """How a plan's points are run, and what is kept of them."""
+    return Kept(sample_times(resolved), resolved.devices, resolved.method)
 
 
 def sample_times(resolved: ResolvedPlan) -> NDArray[np.float64] | None:
@@ -273,6 +279,7 @@ def _template(resolved: ResolvedPlan) -> "xarray.Dataset":
         "scenario": resolved.base.to_toml(),
         "identity": json.dumps(resolved.identity, sort_keys=True),
         "plan_hash": plan_hash(resolved),
+        "method": resolved.method,
         "versions": versions(),
         "validity_warnings": json.dumps([caution.as_dict() for caution in sweep_cautions(resolved)]),
         "checksum_files": " ".join(name for name in variables(resolved) if name != CHECKSUM),
@@ -355,10 +362,19 @@ def attributes_of(path: Path) -> dict[str, Any]:
     return dict(found)
 
 
+def _identity(path: Path) -> dict[str, Any]:
+    """All that decides the runs of a store; one that does not say by which method they are made steps them directly."""
+    return {"method": "direct", **json.loads(attributes_of(path)["identity"])}
+
+
+def _method(path: Path) -> str:
+    """By which method the runs of a store are made."""
+    return str(_identity(path)["method"])
+
+
 def check_same_plan(path: Path, resolved: ResolvedPlan) -> None:
     """Raise InputError, naming the first difference, where a store belongs to another plan."""
-    attributes = attributes_of(path)
-    there, here = json.loads(attributes["identity"]), json.loads(json.dumps(resolved.identity))
+    there, here = _identity(path), json.loads(json.dumps(resolved.identity))
     changed = [key for key in sorted({*there, *here}) if there.get(key) != here.get(key)]
     if changed:
         key, more = changed[0], f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
@@ -366,7 +382,7 @@ def check_same_plan(path: Path, resolved: ResolvedPlan) -> None:
             f"{path} holds another plan: {key} is {there.get(key)!r} there and {here.get(key)!r} here{more}; "
             "give this plan a store of its own"
         )
-    ours, theirs = json.loads(versions()), json.loads(attributes["versions"])
+    ours, theirs = json.loads(versions()), json.loads(attributes_of(path)["versions"])
     for name in MADE_BY:
         if ours[name] != theirs.get(name):
             raise InputError(

@@ -19,7 +19,7 @@ from helimag.sweeps.engines import Job, Threads
 from helimag.sweeps.plan import Plan, load_plan
 from helimag.sweeps.resolved import ResolvedPlan, Value, resolve
 from helimag.sweeps.rounds import check_first, scenarios
-from helimag.sweeps.store import Store, check_names, sample_times
+from helimag.sweeps.store import Store, check_names, kept_of
 
 FEWEST_RUNS, MOST_RUNS = 8, 400  # of a trial
 TRIAL_SECONDS = 3.0  # of whole runs, where so many can be made
@@ -67,7 +67,7 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     trials = [min(length, max(SHORT_SECONDS, SHORT_SHARE * length)) for length in lengths]
     short = [scenario.replaced({"run.duration": trial}) for scenario, trial in zip(valid, trials, strict=True)]
     short = short[: max(1, len(first) // resolved.runs_each)]  # a point with devices is many runs
-    compute(short[:1], threads=1)  # compiles where that is still to be done
+    compute(short[:1], Kept(method=resolved.method), threads=1)  # compiles where that is still to be done
     took, tried = _seconds(short, resolved, cores), math.fsum(trials[: len(short)])
     each, count, whole = took * math.fsum(lengths) / tried / len(first), len(short), False
     if each * min(FEWEST_RUNS, resolved.size) <= TRIAL_SECONDS:
@@ -86,7 +86,7 @@ def _seconds(made: Sequence[Scenario | None], resolved: ResolvedPlan, cores: int
     """How long runs take (s), as many at once as in the sweep."""
     jobs: list[Job] = [(core, partial(list, made[core::cores])) for core in range(min(cores, len(made)))]
     begun = time.perf_counter()
-    for _ in Threads(cores).results(jobs, Kept(sample_times(resolved), resolved.devices), lambda _: None):
+    for _ in Threads(cores).results(jobs, kept_of(resolved), lambda _: None):
         pass
     return time.perf_counter() - begun
 
@@ -101,7 +101,7 @@ def _spread_points(resolved: ResolvedPlan, count: int) -> list[dict[str, Value]]
 
 def _store(resolved: ResolvedPlan) -> tuple[int, float]:
     """Bytes of the finished store on disk, and how long it takes to write (s): two chunks of noise are written."""
-    kept = Kept(sample_times(resolved), resolved.devices)
+    kept = kept_of(resolved)
     noise = np.random.default_rng(0)
     sizes, clocks = [], [time.perf_counter()]
     with tempfile.TemporaryDirectory() as folder:

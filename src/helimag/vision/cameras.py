@@ -1,5 +1,6 @@
 """Cameras that look through walls, and pairs of them: points to pixels and pixels to rays, in and out of JSON."""
 
+import hashlib
 import json
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -9,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import FileError, InputError
+from helimag.files import replacing
 from helimag.vision._cv import cv2
 from helimag.vision.refraction import Wall, nearest, sight, through
+from helimag.vision.rig_checks import check_lens, check_pose, check_tank, check_wall
 
 Floats = NDArray[np.float64]
 
@@ -121,14 +124,10 @@ class Rig:
         return np.stack(moved) if moved else np.zeros((0, *points.shape))
 
     def save(self, path: str | Path) -> None:
-        """Write JSON; beside first, then renamed."""
-        target = Path(path)
-        beside = target.with_name(f".{target.name}.part")
-        try:
-            beside.write_text(json.dumps(self._plain(), indent=1), encoding="utf-8")
-            beside.replace(target)
-        except OSError as error:
-            raise FileError(f"{path} cannot be written: {error.strerror}") from None
+        """Write JSON with a checksum of its content; beside first, then renamed."""
+        content = self._plain()
+        with replacing(path) as beside:
+            beside.write_text(json.dumps(content | {"sha256": _digest(content)}, indent=1), encoding="utf-8")
 
     def _plain(self) -> dict[str, Any]:
         return {
@@ -165,14 +164,25 @@ class Rig:
                 f"the session's [[camera]] as lens, and 'helimag vision calibrate' makes a rig"
             ) from None
         try:
+            recorded = data.pop("sha256", None)
+            if recorded is not None and recorded != _digest(data):
+                raise InputError("a number in it was changed since; who means that takes its sha256 out")
             first, second = (_camera(entry) for entry in data["cameras"])
             tank = np.array(data["tank_m"], dtype=np.float64).reshape(2, 3)
             variants = tuple((_camera(one), _camera(two)) for one, two in data.get("variants", ()))
-            return cls((first, second), tank, float(data["accuracy_m"]), dict(data["notes"]), variants)
-        except (KeyError, TypeError, ValueError) as error:
+            check_tank(tank, float(data["accuracy_m"]))
+            rig = cls((first, second), tank, float(data["accuracy_m"]), dict(data["notes"]), variants)
+        except (LookupError, TypeError, ValueError, OverflowError, AttributeError) as error:
+            reason = str(error) if isinstance(error, InputError) else repr(error)
             raise InputError(
-                f"{path} is not a calibrated pair of cameras ({error!r}); 'helimag vision calibrate' writes one"
+                f"{path} is not a calibrated pair of cameras ({reason}); 'helimag vision calibrate' writes one"
             ) from None
+        return rig
+
+
+def _digest(content: dict[str, Any]) -> str:
+    """SHA-256 of a rig's content."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def _plain(camera: Camera) -> dict[str, Any]:
@@ -196,8 +206,9 @@ def _plain(camera: Camera) -> dict[str, Any]:
 
 
 def _camera(entry: dict[str, Any]) -> Camera:
+    """A camera as a file says it, held to what cameras can be."""
     wall = entry["wall"]
-    return Camera(
+    camera = Camera(
         name=str(entry["name"]),
         matrix=np.array(entry["matrix_px"], dtype=np.float64).reshape(3, 3),
         distortion=np.array(entry["distortion"], dtype=np.float64).reshape(5),
@@ -207,12 +218,18 @@ def _camera(entry: dict[str, Any]) -> Camera:
         wall=None
         if wall is None
         else Wall(
-            np.array(wall["point_m"], dtype=np.float64),
-            np.array(wall["normal"], dtype=np.float64),
+            np.array(wall["point_m"], dtype=np.float64).reshape(3),
+            np.array(wall["normal"], dtype=np.float64).reshape(3),
             float(wall["thickness_m"]),
             (float(wall["indices"][0]), float(wall["indices"][1]), float(wall["indices"][2])),
         ),
     )
+    name = f"camera '{camera.name}'"
+    check_lens(name, camera.size, camera.matrix, camera.distortion)
+    check_pose(name, camera.rotation, camera.translation)
+    if camera.wall is not None:
+        check_wall(name, camera.wall)
+    return camera
 
 
 def looking(position: Floats, target: Floats, up: Floats) -> tuple[Floats, Floats]:

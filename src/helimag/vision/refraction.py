@@ -34,7 +34,7 @@ class Wall:
     indices: tuple[float, float, float] = (1.0, 1.49, 1.40)
 
     def __post_init__(self) -> None:
-        if not abs(float(np.linalg.norm(self.normal)) - 1.0) < 1e-9:
+        if not (np.abs(self.normal).max() < 2.0 and abs(float(np.linalg.norm(self.normal)) - 1.0) < 1e-9):
             raise InputError("wall.normal must be a unit vector")
         if not self.thickness >= 0.0:
             raise InputError(f"wall.thickness must not be negative; got {self.thickness} m")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from helimag.engine import DOP853
 from helimag.errors import InputError
 from helimag.orbits.strobe import Floats, Orbit, chart, strobed
 
@@ -67,7 +68,7 @@ def observed_growth(
     starts = chart.moved(
         np.repeat(orbit.state[None], 2, axis=0), displacement * np.stack([direction, -direction]), length
     )
-    runs = strobed(orbit.scenario, duration, samples=SAMPLES, states=starts, tolerance=TOLERANCE)
+    runs = strobed(orbit.scenario, duration, samples=SAMPLES, states=starts, tolerance=TOLERANCE, method=DOP853)
     count = min(len(run.times) for run in runs)
     seen = [
         chart.coordinates(run.states[:count], np.repeat(orbit.state[None], count, axis=0), length[:1].repeat(count))

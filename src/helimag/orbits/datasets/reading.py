@@ -61,10 +61,13 @@ def known_in(dataset: "xarray.Dataset") -> Known:
     if content is None or content not in READERS:
         raise InputError("there is no orbit, branch, map, flow or basin in this file")
     try:
-        return READERS[content](dataset, parse(str(dataset.attrs["scenario"]), "the file's scenario"))
+        known = READERS[content](dataset, parse(str(dataset.attrs["scenario"]), "the file's scenario"))
     except (KeyError, IndexError, ValueError) as error:
         why = " ".join(str(error).split())[:200]
         raise InputError(f"the file's {content.value} is not whole: {why}") from None
+    if known == []:
+        raise InputError(f"there are no {content.value} in this file: none was found, or it is damaged")
+    return known
 
 
 def _orbits(dataset: "xarray.Dataset", scenario: Scenario) -> list[Orbit]:

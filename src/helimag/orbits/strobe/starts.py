@@ -4,10 +4,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 
-from helimag.engine import TOLERANCE, advance
+from helimag.engine import MULTIREVOLUTION, TOLERANCE, Method, advance
 from helimag.geometry import long_axes, quaternion_product, turn
 from helimag.orbits.strobe.newton import solve
 from helimag.orbits.strobe.problem import Floats, Ints, Problem, let_go
@@ -36,6 +37,7 @@ def strobed(
     samples: int,
     states: Floats | None = None,
     tolerance: float = TOLERANCE,
+    method: Method = MULTIREVOLUTION,
     progress: Callable[[float], None] | None = None,
 ) -> list[Strobed]:
     """Full runs of about ``duration`` (s), from states (m, 7) of the moving frame; one from the scenario's own start.
@@ -49,7 +51,8 @@ def strobed(
     begun = None if states is None else to_lab(scenario, np.zeros(len(states)), states)
     many = 1 if states is None else len(states)
     result = []
-    for history in advance([run] * many, initial_states=begun, tolerance=tolerance, progress=progress):
+    engine: dict[str, Any] = {"tolerance": tolerance, "method": method, "progress": progress}
+    for history in advance([run] * many, initial_states=begun, **engine):
         whole = np.round(history.time / stride)
         kept = (np.abs(history.time / stride - whole) < 1e-9) & np.isfinite(history.states).all(axis=1)
         times = whole[kept] * stride

@@ -63,6 +63,8 @@ def _numbered(command: str, number: Value, settings: Settings, store: Variables)
         settings.write(Reference(target), dict.fromkeys("XYZABC", 0.0))
     else:
         settings.write(Reference(target), store.read(Reference(table, int(number))))
+    if command == "#TOOL":
+        settings.forget("$LOAD")  # it becomes the controller's own LOAD_DATA
 
 
 def _frames(settings: Settings, store: Variables) -> None:
@@ -73,13 +75,19 @@ def _frames(settings: Settings, store: Variables) -> None:
 
 
 def _path_data(settings: Settings, store: Variables) -> None:
-    """What LDAT_ACT says. All but the rounding is a share of the controller's own data, so it is not known after it."""
+    """What LDAT_ACT says. Most of it is a share of the controller's own data, so it is not known after it."""
     settings.write(Reference("$APO", None, ("CDIS",)), store.read(Reference("LDAT_ACT", None, ("APO_DIST",))))
-    for name in ("$ACC.CP", "$APO.CORI", "$VEL.ORI1", "$VEL.ORI2"):
-        settings.values.pop(name, None)
+    data = store.read(Reference("LDAT_ACT"))
+    for part, name in (("ORI_TYP", "$ORI_TYPE"), ("CIRC_TYP", "$CIRC_TYPE")):
+        if isinstance(data, dict) and part in data:
+            settings.write(Reference(name), data[part])
+    settings.forget("$ACC", "$APO.CORI", "$VEL")
 
 
 def _joint_data(settings: Settings, store: Variables) -> None:
     """What PDAT_ACT says."""
     _all_axes("$ACC_AXIS", store.read(Reference("PDAT_ACT", None, ("ACC",))), settings)
-    settings.write(Reference("$APO", None, ("CPTP",)), store.read(Reference("PDAT_ACT", None, ("APO_DIST",))))
+    data = store.read(Reference("PDAT_ACT"))
+    by_way = isinstance(data, dict) and data.get("APO_MODE") == "#CDIS"
+    rounding = store.read(Reference("PDAT_ACT", None, ("APO_DIST",)))
+    settings.write(Reference("$APO", None, ("CDIS" if by_way else "CPTP",)), rounding)

@@ -31,6 +31,9 @@ STEP = 1e-3  # s; of the differences that give the speed
 NEARLY = 1e-4  # m; a line that is meant to be the way up
 LEAD = 1e-4  # s; of the motor's phase: a tenth of a degree at 3 Hz
 SLACK = 1e-3  # s; programme times carry the rounding of the speeds
+_BY_JOINTS = frozenset({"ptp", "ptp_rel"})
+_OF_JOINTS = ("$VEL_AXIS", "$ACC_AXIS", "$ADVANCE", "$LOAD")
+_UNUSED = frozenset({"$APO.CPTP", "$APO.CVEL"})  # of roundings that are refused
 _ON_PATH = frozenset({"lin", "circ", "spl", "lin_rel"})
 
 
@@ -206,6 +209,9 @@ def _paces(plan: ArmPlan, playback: Playback, late: Floats) -> Iterator[str]:
             yield f"line {leg.line}: the motion takes {took:.6g} s, {off:.3g} s off the plan"
         if leg.rounded is not rounded and i < len(legs) - 1:
             yield f"line {leg.line}: the point is {'' if leg.rounded else 'not '}rounded, unlike the plan's"
+    stops, meant = sum(not leg.rounded for leg in legs), sum(not rounded for _, rounded, _ in planned)
+    if not one_by_one and stops != meant:
+        yield f"the arm stops {stops} times along the path; the plan has {meant} stops"
 
 
 def _turned(playback: Playback, leg: Leg) -> float:
@@ -252,9 +258,11 @@ def _value(text: str) -> Setting:
 def _unlike(leg: Leg, allowed: dict[str, set[Setting]]) -> Iterator[str]:
     """Differences between what is set at one motion and what may be; what the plan leaves alone must be left alone."""
     for name in _standing(allowed):
-        if name not in leg.settings:
+        if name not in leg.settings and _matters(name, leg):
             yield f"{_where(leg)}: {name} is not set"
     for name, value in leg.settings.items():
+        if not _matters(name, leg):
+            continue
         choices = allowed.get(name)
         if choices is None and (name == "$VEL.CP" or value == DEFAULTS.get(name)):
             continue
@@ -263,6 +271,11 @@ def _unlike(leg: Leg, allowed: dict[str, set[Setting]]) -> Iterator[str]:
         elif not any(_alike(value, choice) for choice in choices):
             planned = " or ".join(map(_shown, sorted(choices, key=str)))
             yield f"{_where(leg)}: {name} is {_shown(value)}; the plan has {planned}"
+
+
+def _matters(name: str, leg: Leg) -> bool:
+    """Whether a setting can change a motion: those of the path do not change one of the joints to joint angles."""
+    return name not in _UNUSED and (leg.order not in _BY_JOINTS or name.startswith(_OF_JOINTS))
 
 
 def _standing(allowed: dict[str, set[Setting]]) -> list[str]:
@@ -289,7 +302,7 @@ def _joints(plan: ArmPlan, playback: Playback) -> Iterator[str]:
     """Joint motions that do not end where the plan has the joints: a wrist may be whole turns off in the same pose."""
     times = [0.0, *(unwinding.time for unwinding in plan.unwindings)]
     wanted = [plan.joints[int(np.searchsorted(plan.times, time - 1e-9))] for time in times]
-    found = [leg for leg in playback.legs if leg.order in {"ptp", "ptp_rel"}]
+    found = [leg for leg in playback.legs if leg.order in _BY_JOINTS]
     if len(found) != len(wanted):
         yield f"the programme has {len(found)} joint motions; the plan has {len(wanted)}"
     for leg, joints in zip(found, wanted, strict=False):

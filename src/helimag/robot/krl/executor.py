@@ -14,6 +14,7 @@ from helimag.robot.krl.values import Reference, Value, Variables, evaluate, refe
 
 MOST = 200_000  # statements that are carried out
 DEEPEST = 20  # calls within calls
+INNERMOST = 100  # blocks within blocks, through calls
 # what every controller has declared
 _GLOBAL = {
     "TOOL_DATA": "FRAME",
@@ -43,7 +44,7 @@ class Executor:
         self.shared = Variables(types=dict(_GLOBAL))
         self.kept = dict(kept or {})
         self.scopes: list[Variables] = []
-        self.done = 0
+        self.done = self.depth = self.loops = 0
         self.interrupts = Interrupts(module.routines)
 
     def run(self) -> None:
@@ -65,7 +66,9 @@ class Executor:
         if len(self.scopes) > DEEPEST:
             raise InputError(f"expected calls at most {DEEPEST} deep")
         self.scopes.append(Variables())
+        loops, self.loops = self.loops, 0
         self._all(routine.body)
+        self.loops = loops
         self.scopes.pop()
 
     def _all(self, statements: Sequence[Statement]) -> _Flow:
@@ -95,7 +98,7 @@ class Executor:
             case "assign":
                 self._write(reference_of(parts[0], self._read), self._value(parts[1]))
             case "declaration":
-                self._declare(parts)
+                self._declare(parts, opaque=line.file == ".dat")  # data lists hold much that nothing moves by
             case "ptp" | "lin" | "circ" | "spl" | "ptp_rel" | "lin_rel":
                 self._move(line, line.kind, parts)
             case "wait":
@@ -107,6 +110,8 @@ class Executor:
             case "interrupt_decl" | "interrupt_on" | "interrupt_off":
                 self.interrupts.carry_out(line, moving=bool(self.machine.legs))
             case "exit_":
+                if not self.loops:
+                    raise InputError("EXIT stands in no loop")
                 return _Flow.EXIT
             case "return_":
                 return _Flow.RETURN
@@ -114,6 +119,8 @@ class Executor:
                 raise InputError("HALT: the arm would stand until somebody starts it again, while the magnet spins on")
             case "unread":
                 raise InputError(line.unread)
+            case "continue_":
+                raise InputError("CONTINUE lets what stands behind it happen while the arm is still on its way")
             case "nothing":
                 pass
             case kind:
@@ -122,7 +129,10 @@ class Executor:
 
     def _move(self, line: Line, order: str, parts: list[Any], *, inside: bool = False) -> None:
         points = [self._point(part.children[0]) for part in parts if _is(part, "point")]
-        roundings = [str(part) for part in parts if isinstance(part, str)]
+        words = [str(part) for part in parts if isinstance(part, str)]
+        roundings = [word for word in words if word[0] != "#"]
+        if any(word not in {"#BASE", *roundings} for word in words):
+            raise InputError("motion in the tool's frame is not followed")
         own = [setting for part in parts if _is(part, "with_") for setting in part.children]
         kept = dict(self.machine.settings.values)
         for setting in own:  # these hold for the one motion
@@ -141,10 +151,10 @@ class Executor:
         return value
 
     def _called(self, name: str, arguments: list[Any]) -> None:
-        if name == "BAS":
+        routine = self.module.routines.get(name)
+        if name == "BAS" and routine is None:
             bas([self._value(argument) for argument in arguments], self.machine.settings, self.shared)
             return
-        routine = self.module.routines.get(name)
         if routine is None:
             raise InputError(f"{name} is not in this file, so what it does is not known")
         if arguments or routine.parameters or routine.function:
@@ -153,30 +163,32 @@ class Executor:
 
     def _wait_for(self, condition: Any) -> None:
         """A wait for an input that somebody answers on, or for what is true already."""
-        negated = condition.data == "not_"
-        inner = condition.children[0] if negated else condition
+        inner, on = _wanted(condition)
         if inner.data == "reference":
             reference = reference_of(inner, self._read)
             if reference.name == "$IN" and reference.index in self.inputs and not reference.parts:
-                self.machine.wait_for(reference.index, on=not negated)
+                self.machine.wait_for(reference.index, on=on)
                 return
         if not self._truth(condition):
             raise InputError("the programme would wait here for ever")
         self.machine.stop()
 
-    def _declare(self, parts: list[Any]) -> None:
+    def _declare(self, parts: list[Any], *, opaque: bool) -> None:
         kind = str(parts[0])
         for declared in parts[1:]:
             reference = reference_of(declared.children[0], self._read)
             if reference.parts:
                 raise InputError(f"expected a name to declare; got {reference}")
-            self.scopes[-1].declare(kind, reference.name)
+            self.scopes[-1].declare(kind, reference.name, opaque=opaque)
             if len(declared.children) > 1:
                 self._write(Reference(reference.name), self._value(declared.children[1]))
 
     def _block(self, block: Block) -> _Flow:
         head = block.head
         self._count(head)
+        if self.depth >= INNERMOST:
+            raise head.refused(f"expected blocks at most {INNERMOST} deep, those of calls included")
+        self.depth += 1
         try:
             match head.kind:
                 case "if_":
@@ -193,6 +205,8 @@ class Executor:
             raise
         except InputError as error:
             raise head.refused(error) from None
+        finally:
+            self.depth -= 1
 
     def _if(self, block: Block) -> _Flow:
         (_, then), *otherwise = block.arms
@@ -218,20 +232,28 @@ class Executor:
         while at <= last if step > 0 else at >= last:
             self._count(block.head)
             self._write(Reference(str(name)), at)
-            flow = self._all(block.arms[0][1])
+            flow = self._round(block)
             if flow is _Flow.RETURN:
                 return flow
             if flow is _Flow.EXIT:
-                break
+                return _Flow.NEXT
             at = self._number_of(Reference(str(name))) + step
+        self._forget(str(name))  # controllers do not agree on what it is when the loop is over
         return _Flow.NEXT
+
+    def _round(self, block: Block) -> _Flow:
+        """What a loop holds, once."""
+        self.loops += 1
+        flow = self._all(block.arms[0][1])
+        self.loops -= 1
+        return flow
 
     def _loop(self, block: Block) -> _Flow:
         """LOOP, WHILE and REPEAT."""
         kind = block.head.kind
         while kind != "while_" or self._truth(block.head.parts[0]):
             self._count(block.head)
-            flow = self._all(block.arms[0][1])
+            flow = self._round(block)
             if flow is _Flow.RETURN:
                 return flow
             if flow is _Flow.EXIT or (kind == "repeat" and self._truth(block.arms[1][0].parts[0])):
@@ -301,10 +323,24 @@ class Executor:
         else:
             self._home(reference).write(reference, value)
 
+    def _forget(self, name: str) -> None:
+        """Take a variable its value; what has none cannot be read."""
+        self._home(Reference(name)).values.pop(name, None)
+
     def _home(self, reference: Reference) -> Variables:
         """Where a variable is declared: in the routine, or for all of them."""
         own = self.scopes[-1]
         return own if reference.name in own.types else self.shared
+
+
+def _wanted(condition: Any) -> tuple[Any, bool]:
+    """What a condition is about, and which truth it asks for: ``$IN[1]``, ``NOT $IN[1]`` or ``$IN[1]==FALSE``."""
+    if condition.data == "not_":
+        return condition.children[0], False
+    if condition.data == "both" and condition.children[1] in {"==", "<>"} and _is(condition.children[2], "truth"):
+        inner, sign, truth = condition.children
+        return inner, (truth.children[0] == "TRUE") is (sign == "==")
+    return condition, True
 
 
 def _is(part: Any, kind: str) -> bool:

@@ -24,7 +24,10 @@ def krl_texts(source: str | Path) -> tuple[str, str]:
     """
     path = Path(source)
     src = _text(path)
-    beside = [other for other in path.parent.iterdir() if other.name.lower() == f"{path.stem}.dat".lower()]
+    try:
+        beside = [other for other in path.parent.iterdir() if other.name.lower() == f"{path.stem}.dat".lower()]
+    except OSError as error:
+        raise FileError(f"{path.parent} cannot be read: {error.strerror or error}") from None
     if len(beside) > 1:
         names = " and ".join(sorted(other.name for other in beside))
         raise FileError(f"there must be one .dat file beside '{path}'; there are {names}")

@@ -1,14 +1,15 @@
 """One line of KUKA Robot Language as a tree. Nothing is decided here about what a statement does."""
 
+import re
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from helimag.errors import InputError, MissingExtra
 
 if TYPE_CHECKING:
     import lark
 
-# one statement: the language has one a line, and so messages can name it
+# one statement: the language has one a line, and so messages can name it; of the operators, comparisons bind least
 _GRAMMAR = r"""
 ?start: "GLOBAL"? "DEF" NAME "(" parameters? ")"               -> def_
     | "GLOBAL"? "DEFFCT" NAME NAME "(" parameters? ")"         -> function
@@ -16,6 +17,7 @@ _GRAMMAR = r"""
     | ("END" | "ENDFCT")                                       -> end
     | "ENDDAT"                                                 -> enddat
     | ("EXT" | "EXTP") NAME "(" parameters? ")"                -> nothing
+    | "EXTFCT" NAME NAME "(" parameters? ")"                   -> nothing
     | "GLOBAL"? "INTERRUPT" "DECL" NUMBER "WHEN" expression "DO" NAME "(" ")" -> interrupt_decl
     | "INTERRUPT" "ON" NUMBER                                  -> interrupt_on
     | "INTERRUPT" "OFF" NUMBER?                                -> interrupt_off
@@ -41,7 +43,7 @@ _GRAMMAR = r"""
     | "DEFAULT"                                                -> default
     | "ENDSWITCH"                                              -> endswitch
     | "RETURN"                                                 -> return_
-    | "CONTINUE"                                               -> nothing
+    | "CONTINUE"                                               -> continue_
     | "HALT"                                                   -> halt
     | "SPLINE" with_?                                          -> spline
     | "ENDSPLINE" ROUNDING*                                    -> endspline
@@ -50,7 +52,7 @@ _GRAMMAR = r"""
     | "SPL" point ROUNDING* with_?                             -> spl
     | ("CIRC" | "SCIRC") point "," point ROUNDING* with_?      -> circ
     | "PTP_REL" point ROUNDING*                                -> ptp_rel
-    | "LIN_REL" point ROUNDING*                                -> lin_rel
+    | "LIN_REL" point ROUNDING* WORD?                          -> lin_rel
 with_: "WITH" setting ("," setting)*
 setting: reference "=" expression
 parameters: parameter ("," parameter)*
@@ -62,13 +64,13 @@ declaration: "DECL" "GLOBAL"? "CONST"? NAME declared ("," declared)*
 declared: reference ("=" expression)?
 argument: expression
 point: expression
-?expression: conjunction | expression OR conjunction -> both
-?conjunction: negation | conjunction AND negation    -> both
-?negation: comparison | "NOT" negation               -> not_
-?comparison: sum | sum COMPARE sum                   -> both
+?expression: either | either COMPARE either          -> both
+?either: exclusive | either OR exclusive             -> both
+?exclusive: conjunction | exclusive EXOR conjunction -> both
+?conjunction: sum | conjunction AND sum              -> both
 ?sum: product | sum PLUS product                     -> both
 ?product: signed | product TIMES signed              -> both
-?signed: compound | PLUS signed                      -> sign
+?signed: compound | PLUS signed -> sign | "NOT" signed -> not_
 ?compound: atom | compound ":" atom                  -> compound
 ?atom: NUMBER -> number
     | TRUTH -> truth
@@ -83,7 +85,8 @@ component: NAME ("[" "]")? expression
 reference: (NAME | SYSTEM) ("[" expression "]")? ("." NAME)* ("[" "]")?
 ROUNDING.2: /C_(DIS|VEL|ORI|PTP|SPL)\b/
 DIRECTION.2: /(IN|OUT)\b/
-OR.2: /(OR|EXOR)\b/
+OR.2: /OR\b/
+EXOR.2: /EXOR\b/
 AND.2: /AND\b/
 TRUTH.2: /(TRUE|FALSE)\b/
 COMPARE: "==" | "<>" | "<=" | ">=" | "<" | ">"
@@ -97,6 +100,9 @@ NUMBER: /(\d+\.?\d*|\.\d+)(E[-+]?\d+)?/
 %ignore /[ \t]+/
 """
 
+
+_LOOSE = re.compile(r"[=<>].*\b(AND|OR|EXOR)\b.*[=<>]")
+DEEPEST = 100  # of a statement's tree
 
 # why a statement that others use is not read
 _REASONS = {
@@ -134,7 +140,7 @@ def code_of(written: str) -> str:
         if character == ";" and not inside:
             written = written[:i]
             break
-    code = written.strip().upper()
+    code = "".join(c.upper() if c.isascii() else c for c in written.strip())  # other letters are no code
     return "" if code.startswith("&") else code
 
 
@@ -156,6 +162,18 @@ def tree_of(code: str) -> "lark.Tree":
     if reason is not None:
         raise InputError(f"expected a statement of the subset that helimag reads; {reason}; got {code[:80]!r}")
     try:
-        return parser.parse(code)
+        tree = parser.parse(code)
     except lark.exceptions.LarkError:
-        raise InputError(f"expected a statement of the subset that helimag reads; got {code[:80]!r}") from None
+        hint = "; comparisons bind least in KRL: (A==1) AND (B==2)" if _LOOSE.search(code) else ""
+        raise InputError(f"expected a statement of the subset that helimag reads{hint}; got {code[:80]!r}") from None
+    if _deeper(tree, DEEPEST):
+        raise InputError(f"expected expressions at most {DEEPEST} operations deep; got {code[:80]!r}")
+    return tree
+
+
+def _deeper(tree: "lark.Tree", most: int) -> bool:
+    """Whether trees stand in trees more than ``most`` times."""
+    level: list[Any] = [tree]
+    for _ in range(most):
+        level = [child for inner in level for child in inner.children if not isinstance(child, str)]
+    return bool(level)

@@ -41,7 +41,9 @@ class Interrupts:
             number, condition, name = parts
             if condition != tree_of(f"WAIT FOR {_STOPPED}").children[0]:
                 raise InputError("what an interrupt does while the arm moves is not followed; only those on stops are")
-            self._declared[number] = () if (number, name) == _USUAL else self._switched(name)
+            self._declared[number] = (
+                () if (number, name) == _USUAL and name not in self._routines else self._switched(name)
+            )
             return
         named = set(parts) or set(self._declared)
         if not self._declared or not named <= set(self._declared):

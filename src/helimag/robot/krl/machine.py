@@ -7,7 +7,7 @@ speed limits; their accelerations are not known and left out. The override slows
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 
 FEWEST = 5  # poses in a motion
 MOST = 200_000  # poses of a programme
+MOTIONS = 20_000
 ROUNDING = 2e-7  # m; a shorter way is the rounding of a turn on the spot, in single precision a metre away
 VIA = 1e-5  # rad; between an auxiliary point's attitude and the arc's
 SAME_ANGLE = 1e-6  # rad; a smaller turn is rounding
@@ -103,6 +104,8 @@ class Machine:
         InputError
             Where a setting that it needs is not set, or the arm cannot follow.
         """
+        if len(self.legs) >= MOTIONS:
+            raise InputError(f"the programme takes more than {MOTIONS} motions to follow")
         first = max(len(self.times) - 1, 0)
         if order in {"ptp", "ptp_rel"}:
             if roundings:
@@ -114,7 +117,7 @@ class Machine:
             rounded = inside or self._rounded(roundings)
             length = self._along_path(order, points)
             if not rounded:
-                self.stop()
+                self._slow_down()
         self._record(line, order, length, first, rounded)
 
     def check_course(self, legs: Sequence[Leg]) -> None:
@@ -167,7 +170,12 @@ class Machine:
         self._record(0, "end", 0.0, len(self.times) - 1, False)
 
     def stop(self) -> None:
-        """The arm comes to a stand."""
+        """The arm comes to a stand, whether it was to pass its last point or not."""
+        if self.running is not None and self.legs and self.legs[-1].rounded:
+            self.legs[-1] = replace(self.legs[-1], rounded=False)
+        self._slow_down()
+
+    def _slow_down(self) -> None:
         if self.running is not None:
             self.ramps += self.running / 2.0
         self.running = None

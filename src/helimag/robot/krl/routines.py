@@ -1,5 +1,7 @@
 """The lines of a programme sorted into routines and blocks: what stands inside what."""
 
+import io
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -25,6 +27,7 @@ class Line:
     number: int
     tree: "lark.Tree | None"
     unread: str = ""  # why the line was not understood; that matters where it would be carried out
+    opens: bool = False  # a line that was not understood, and begins a block
 
     @property
     def kind(self) -> str:
@@ -89,6 +92,7 @@ _ENDS = {
     "loop": "endloop",
     "spline": "endspline",
 }
+_OPENS = re.compile(r"(IF|SWITCH|FOR|WHILE|REPEAT|LOOP|SPLINE)\b")
 _OUTER = {"def_", "function", "end", "defdat", "enddat"}
 _INNER = {*_ENDS.values(), *(arm for arms in _ARMS.values() for arm in arms)}
 
@@ -126,13 +130,13 @@ def module_of(src: str, dat: str) -> Module:
 
 
 def _lines(text: str, file: str) -> Iterator[Line]:
-    for number, written in enumerate(text.splitlines(), start=1):
+    for number, written in enumerate(io.StringIO(text, newline=None), start=1):  # a comment may hold other breaks
         code = code_of(written)
         if code:
             try:
                 yield Line(file, number, tree_of(code))
             except InputError as error:
-                yield Line(file, number, None, str(error))
+                yield Line(file, number, None, str(error), _OPENS.match(code) is not None)
 
 
 def _declarations(lines: Sequence[Line]) -> tuple[tuple[Line, ...], Line | None]:
@@ -168,6 +172,8 @@ def _statement(line: Line, rest: Iterator[Line], depth: int) -> Statement:
     if line.kind in _INNER or line.kind in _OUTER:
         raise line.refused("expected a statement; the block that this line belongs to is not open")
     if line.kind not in _ENDS:
+        if line.opens:  # what follows could stand in it or not
+            raise line.refused(line.unread)
         return line
     if depth >= DEEPEST:
         raise line.refused(f"expected blocks at most {DEEPEST} deep")

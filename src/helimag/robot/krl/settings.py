@@ -76,7 +76,8 @@ DEFAULTS: Mapping[str, Setting] = {
 }
 FRAMES = ("$BASE", "$TOOL")
 _GROUPS = ("$VEL", "$ACC", "$APO", "$LOAD", "$LOAD.CM", "$LOAD.J")
-IDLE = frozenset({"$BWDSTART"})  # settings without effect on a programme that runs forwards
+# settings without effect on a programme that runs forwards, and what their values are
+IDLE: Mapping[str, tuple[type, str]] = {"$BWDSTART": (bool, "TRUE or FALSE"), "$H_POS": (dict, "joint angles")}
 
 
 @dataclass
@@ -110,8 +111,9 @@ class Settings:
         elif name in KINDS:
             self.values[name] = KINDS[name].checked(name, value)
         elif name in IDLE:
-            if not isinstance(value, bool):
-                raise InputError(f"{name} must be TRUE or FALSE; got {value!r}")
+            kind, words = IDLE[name]
+            if not isinstance(value, kind):
+                raise InputError(f"{name} must be {words}; got {value!r}")
         else:
             raise InputError(f"{name} may change how the arm moves, and is not a setting that helimag follows")
 
@@ -130,6 +132,12 @@ class Settings:
         if reference.name not in self.frames:
             raise InputError(f"{reference.name} must be set as a whole before {reference}")
         self.frames[reference.name] = {**self.frames[reference.name], reference.parts[0]: single(value)}
+
+    def forget(self, *names: str) -> None:
+        """Leave settings to the controller, whose own data the programme does not state; of groups, all parts."""
+        groups = tuple(f"{name}." for name in names)
+        for name in [known for known in self.values if known in names or known.startswith(groups)]:
+            del self.values[name]
 
     def read(self, reference: Reference) -> Value:
         """The value of ``$name`` in an expression.

@@ -75,15 +75,15 @@ class Variables:
     types: dict[str, str] = field(default_factory=dict)
     values: dict[str, Value] = field(default_factory=dict)
 
-    def declare(self, kind: str, name: str) -> None:
-        """Make a variable known.
+    def declare(self, kind: str, name: str, *, opaque: bool = False) -> None:
+        """Make a variable known; an ``opaque`` one may be of any type, as long as nobody asks for its value.
 
         Raises
         ------
         InputError
             Where the type is not known, or the variable is declared already.
         """
-        if kind not in STRUCTURES and kind not in PLAIN:
+        if not opaque and kind not in STRUCTURES and kind not in PLAIN:
             raise InputError(f"expected a type that helimag reads; got {kind}")
         if name in self.types:
             raise InputError(f"'{name}' is declared twice")
@@ -99,6 +99,9 @@ class Variables:
         """
         if reference.name not in self.types:
             raise InputError(f"'{reference.name}' is not declared")
+        kind = self.types[reference.name]
+        if kind not in STRUCTURES and kind not in PLAIN:
+            raise InputError(f"'{reference.name}' is of type {kind}, which helimag does not read")
         value: Any = self.values.get(reference.variable)
         for part in reference.parts:
             value = value.get(part) if isinstance(value, dict) else None
@@ -117,6 +120,8 @@ class Variables:
         if reference.name not in self.types:
             raise InputError(f"'{reference.name}' is not declared")
         kind = self.types[reference.name]
+        if kind not in STRUCTURES and kind not in PLAIN:
+            return
         if not reference.parts:
             self.values[reference.variable] = typed(value, kind, str(reference))
             return

@@ -6,7 +6,7 @@ from nicegui import ui
 
 from helimag.engine import initial_gap
 from helimag.errors import HelimagError
-from helimag.runs import Trajectory
+from helimag.runs import Trajectory, interval_text
 from helimag.runs import compare as beside
 from helimag.studio.intake import MOST_RUN, run_from_bytes
 from helimag.studio.live import News
@@ -119,8 +119,8 @@ def _difference(run: Trajectory, live: Trajectory) -> str:
             f"apart {1e3 * numbers['difference_rms_m']:.2f} mm rms, {1e3 * numbers['difference_worst_m']:.2f} mm at "
             f"most, to {numbers['until_s']:.0f} s"
         )
-    low, high = numbers["measured"]["gain_95"]
+    within = interval_text(numbers["measured"]["gain_95"], 3)
     return (
         f"apart {1e3 * numbers['difference_rms_m']:.2f} mm rms after the best fit, "
-        f"{1e3 * numbers['difference_worst_m']:.2f} mm at most; measured gain 95 %: {low:.3f} to {high:.3f}"
+        f"{1e3 * numbers['difference_worst_m']:.2f} mm at most; measured gain {within}"
     )

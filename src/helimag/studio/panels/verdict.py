@@ -7,6 +7,7 @@ from helimag.studio.answer import Answer, Stage
 from helimag.studio.live import News
 from helimag.studio.tab import Tab
 
+COMING = "what comes after it is being looked for"
 # a shape for each, so that colour is not needed to tell them apart
 SIGNS = {
     Verdict.BOUNDED: ("check_circle", "bounded"),
@@ -83,8 +84,8 @@ def _stage(news: News) -> str:
     if news.stage is Stage.FIRST and news.run is not None:
         leapt = news.run.dataset.attrs.get("share_of_turns_leapt_over")
         end = float(news.run.dataset["time"].values[-1])
-        return "by leaps over turns, the run itself follows" if leapt else f"so far, first {end:.0f} s"
-    return "what comes after it is being looked for" if news.stage is Stage.WHOLE else ""
+        return COMING if leapt else f"so far, first {end:.0f} s"
+    return COMING if news.stage is Stage.WHOLE else ""
 
 
 def _numbers() -> dict[str, ui.label]:

@@ -105,12 +105,14 @@ def _refracted(session: Session, problem: Joint, found: Found, in_air: list[str]
     if not session.estimate_oil:
         check_index(session, fitted)
         fitted = problem.fit(fitted.values, counted=fitted.counted, known_index=session.indices[2], noise=fitted.noise)
+    fitted, widened = problem.widened(fitted)
     lab = Pose(session.rotation, session.position)
     rig = problem.rig(fitted.values, lab)
     check_walls(session, rig, fitted)
     others, sd = variants(problem, fitted, rig, lab)
     report |= _described(problem, fitted)
     report["position_sd_mm"] = 1e3 * sd
+    report["variance_by_pictures"] = widened
     return replace(rig, accuracy=sd / np.sqrt(3.0), variants=tuple(other.cameras for other in others))
 
 

@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from helimag.vision.calibration.pictures import Found
 from helimag.vision.calibration.placements import Pose
 from helimag.vision.calibration.session import Session
+from helimag.vision.calibration.shared_errors import excess, widening
 from helimag.vision.cameras import Camera, Rig
 from helimag.vision.refraction import Wall
 
@@ -84,6 +86,23 @@ class Joint:
         sizes = np.cumsum([0] + [2 * group.pixels.shape[0] for group in self.groups])
         self.rows = [slice(int(a), int(b)) for a, b in itertools.pairwise(sizes)]
 
+    @cached_property
+    def picture(self) -> NDArray[np.int64]:
+        """Number of the picture that each residual is of."""
+        return np.concatenate([np.repeat(group.picture, 2) for group in self.groups])
+
+    def widened(self, fitted: Fitted) -> tuple[Fitted, float]:
+        """A fit with a covariance that allows for errors which the corners of one picture share, and by how much; and
+        for a datum that is seen less sharply than the other pictures."""
+        counted = fitted.counted
+        jacobian, residuals = self.jacobian(fitted.values)[counted], fitted.residuals[counted]
+        picture = self.picture[counted]
+        factor = widening(jacobian, residuals, picture, BOARDS)
+        covariance = fitted.covariance * factor
+        datum, rows = self.datum(), picture == (self.datum().start - BOARDS) // 6
+        covariance[datum, datum] += excess(jacobian[rows, datum], residuals[rows], factor * fitted.noise**2)
+        return replace(fitted, covariance=covariance), factor
+
     def _group(self, found: Found, view: int, medium: str) -> Corners:
         points, picture, pixels = [], [], []
         for index, (kind, name, views) in enumerate(self.pictures):
@@ -123,7 +142,7 @@ class Joint:
         """By differences; a board's pose moves its own picture only, so all boards are moved at once."""
         base = self.residuals(values)
         jacobian = np.zeros((base.size, values.size))
-        picture = np.concatenate([np.repeat(group.picture, 2) for group in self.groups])
+        picture = self.picture
         rows = np.arange(base.size)
         for column in range(BOARDS):
             moved = values.copy()

@@ -1,5 +1,6 @@
 """Films in: video files and folders of PNG or TIFF, frame by frame with their times."""
 
+import re
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -14,6 +15,7 @@ from helimag.vision.films.times import read_times
 
 Frame = tuple[float, Picture]
 
+_PARTS = re.compile(r"(\d+)")
 PICTURES = (".png", ".tif", ".tiff")
 TOLD = 8  # pictures of a folder that tell how many bits it has
 COMPLETE = 0.99  # share of the frames that a file's header announces
@@ -39,6 +41,11 @@ class Film:
         self.rate = rate
         if not self.path.exists():
             raise FileError(f"there is no film '{path}'; give a video file or a folder of PNG or TIFF pictures")
+        if self.path.is_file() and self.path.suffix.lower() in PICTURES:
+            raise InputError(
+                f"{self.path} is a picture or a stack of them, and no film; give a folder of PNG or TIFF pictures, one "
+                f"a frame"
+            )
         self._pictures = _pictures(self.path) if self.path.is_dir() else []
         self._times = self._listed_times()
         self.predicted = False  # from one another, with loss, as H.264 does and MJPEG does not
@@ -125,8 +132,7 @@ class Film:
             with _opened(self.path) as container:
                 stream = container.streams.video[0]
                 if self.duration_units <= 0 or self.announced <= 2 * count:
-                    stride = max(1, self.announced // count)
-                    return [gray(f) for i, f in enumerate(container.decode(stream)) if i % stride == 0]
+                    return _spread((gray(frame) for frame in container.decode(stream)), count)
                 known: set[int] = set()
                 for place in np.linspace(0.0, 0.98, count):
                     wanted = self.start + int(place * self.duration_units)
@@ -155,6 +161,18 @@ class Film:
         return float(frame.pts * frame.time_base)
 
 
+def _spread(pictures: Iterator[Picture], count: int) -> list[Picture]:
+    """``count`` pictures or up to twice as many, evenly out of a stream of any length; no more are ever held."""
+    kept: list[Picture] = []
+    stride = 1
+    for index, picture in enumerate(pictures):
+        if index % stride == 0:
+            kept.append(picture)
+        if len(kept) == 2 * count:
+            kept, stride = kept[::2], 2 * stride
+    return kept
+
+
 def _opened(path: Path) -> Any:
     try:
         if path.stat().st_size == 0:
@@ -170,6 +188,6 @@ def _opened(path: Path) -> Any:
 
 
 def _pictures(folder: Path) -> list[Path]:
-    return sorted(
-        file for file in folder.iterdir() if file.suffix.lower() in PICTURES and not file.name.startswith(".")
-    )
+    """In the order of the numbers in their names: 2.png comes before 10.png."""
+    files = [file for file in folder.iterdir() if file.suffix.lower() in PICTURES and not file.name.startswith(".")]
+    return sorted(files, key=lambda file: [int(part) if part.isdecimal() else part for part in _PARTS.split(file.name)])

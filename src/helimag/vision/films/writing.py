@@ -48,6 +48,7 @@ class FilmWriter:
         bits: int = 8,
     ) -> None:
         self.path = Path(path)
+        self.kind = self.path.suffix.lower()
         self.pictures = pictures
         self.colour = colour
         self.bits = bits
@@ -65,17 +66,17 @@ class FilmWriter:
             ".mp4": ("libx264", {"crf": str(quality), "preset": "ultrafast", "g": "60"}, DEEP.get(bits, "yuv420p")),
             ".avi": ("mjpeg", {"qmin": "2", "qmax": "5"}, "yuvj420p"),
         }
-        if self.path.suffix not in kinds:
+        if self.kind not in kinds:
             raise InputError(f"a film must be .mp4 (H.264) or .avi (MJPEG); got '{path}'")
-        codec, options, pixels = kinds[self.path.suffix]
+        codec, options, pixels = kinds[self.kind]
         with self._failing():
             # an .mp4 rounds the time of its first frame to the film's own units, which are 1 ms unless told otherwise
-            fine = {"movie_timescale": str(TIMESCALE)} if self.path.suffix == ".mp4" else {}
-            self.container = av.open(str(self.beside), "w", format=self.path.suffix[1:], options=fine)
+            fine = {"movie_timescale": str(TIMESCALE)} if self.kind == ".mp4" else {}
+            self.container = av.open(str(self.beside), "w", format=self.kind[1:], options=fine)
         self.stream = cast(Any, self.container).add_stream(codec, rate=self.rate, options=options)
         self.stream.width, self.stream.height = size
         self.stream.pix_fmt = pixels
-        if self.path.suffix == ".mp4":
+        if self.kind == ".mp4":
             self.stream.codec_context.time_base = Fraction(1, TIMESCALE)
 
     def write(self, picture: Picture, time: float) -> None:
@@ -89,7 +90,7 @@ class FilmWriter:
                 raise FileError(f"{self.path / name} cannot be written")
         else:
             frame = av.VideoFrame.from_ndarray(picture, format="rgb24" if self.colour else "gray")
-            if self.path.suffix == ".mp4":
+            if self.kind == ".mp4":
                 frame.pts, frame.time_base = round(time * TIMESCALE), Fraction(1, TIMESCALE)
             else:
                 frame.pts, frame.time_base = len(self.times), 1 / self.rate
@@ -123,7 +124,7 @@ class FilmWriter:
                 write_times(self.beside / "times.csv", self.times)
                 shutil.rmtree(self.path, ignore_errors=True)
             self.beside.replace(self.path)
-        if self.pictures is None and self.path.suffix == ".avi":
+        if self.pictures is None and self.kind == ".avi":
             write_times(self.path.with_suffix(".times.csv"), self.times)
 
     @contextmanager

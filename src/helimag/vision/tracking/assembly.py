@@ -17,7 +17,7 @@ from helimag.vision.cameras import Rig
 from helimag.vision.films import Film
 from helimag.vision.shape import Shape
 from helimag.vision.tracking.alignment import Offset, at, by_roll, find_offset, frame_interval
-from helimag.vision.tracking.detection import HALF
+from helimag.vision.tracking.detection import HALF, along_and_across
 from helimag.vision.tracking.pose import DevicePoses, Fit, darker_end, lengths, oriented, solve
 from helimag.vision.tracking.search import Sighting, search
 from helimag.vision.tracking.uncertainty import Deviations, covariances, noise_variances, taken_away
@@ -218,14 +218,10 @@ def _spread(joined: _Joined, views: list[PreparedView], offset: Offset) -> Devia
     fresh, lasting = (np.concatenate(pair, axis=1) for pair in zip(*parts, strict=True))
     clock = np.zeros_like(fresh)
     if np.isfinite(offset.sd) and offset.sd > 0.0:
-        sighting = views[1].sighting
-        ends = [at(sighting, sighting.time + shift) for shift in (-offset.sd, offset.sd)]
-        moved = (ends[1] - ends[0])[:, :2] / 2.0
-        near = np.clip(np.searchsorted(sighting.time, views[0].sighting.time[joined.frames] + offset.value), 0, None)
-        moved = np.nan_to_num(moved[np.minimum(near, moved.shape[0] - 1)])
-        along = joined.rows[1][:, HALF] / np.linalg.norm(joined.rows[1][:, HALF], axis=1, keepdims=True)
-        clock[:, 4] = clock[:, 6] = np.sum(moved * along, axis=1)
-        clock[:, 5] = moved[:, 1] * along[:, 0] - moved[:, 0] * along[:, 1]
+        now = views[0].sighting.time[joined.frames] + offset.value
+        early, late = (at(views[1].sighting, now + shift)[:, :4] for shift in (-offset.sd, offset.sd))
+        moved = np.nan_to_num((late - early) / 2.0)
+        clock[:, 4:] = along_and_across(moved, joined.rows[1][:, HALF])
     return Deviations(fresh, lasting, clock)
 
 

@@ -22,6 +22,17 @@ MIDDLE, HALF, SDS, LOPSIDED, COIL, RISE = slice(0, 2), slice(2, 4), slice(4, 8),
 ROW = 13
 
 
+def along_and_across(off: Floats, half: Floats) -> Floats:
+    """Small changes (n, 4) of middle and half length as changes of the numbers that are fitted: of the end at
+    ``middle + half`` along the half lengths ``half`` (n, 2), the middle across, the other end along, the half length
+    across."""
+    along = half / np.linalg.norm(half, axis=1, keepdims=True)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    middle, lean = off[:, MIDDLE], off[:, HALF]
+    parts = ((middle + lean, along), (middle, across), (middle - lean, along), (lean, across))
+    return np.stack([np.sum(part * way, axis=1) for part, way in parts], axis=1)
+
+
 @dataclass(frozen=True)
 class Detection:
     """The device in one view. Pixels.

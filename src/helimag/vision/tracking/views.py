@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from helimag.vision.cameras import Camera
 from helimag.vision.shape import Shape
-from helimag.vision.tracking.detection import RISE, SDS
+from helimag.vision.tracking.detection import HALF, MIDDLE, RISE, SDS
 from helimag.vision.tracking.drawings import corrected, detector_errors, from_nose, tilts, turned
 from helimag.vision.tracking.noise import frame_noise
 from helimag.vision.tracking.pose import DevicePoses
@@ -17,8 +17,10 @@ Floats = NDArray[np.float64]
 
 # of the noise that is fresh in every frame, what a film whose frames are predicted from one another adds all along, to
 # the head's end, the middle across, the tail's end and the half length across: what is left out of a frame depends on
-# how the device lies, so it returns with every turn; measured by benchmarks/film_errors.py
-RETURNING = np.array([0.5, 1.2, 1.05, 0.3])
+# how the device lies, so it returns with every turn; measured by benchmarks/film_errors.py on devices that go straight
+RETURNING = np.array([0.55, 1.45, 1.05, 0.6])
+GRID = 1.0  # px by which a device may swing across before each frame finds it elsewhere on the grid of pixels
+AROUND = 11  # sightings whose mean a swing is counted from
 
 
 class PreparedView(NamedTuple):
@@ -44,8 +46,7 @@ def prepared(
         How far this view's clock is ahead (s).
     """
     seen = np.isfinite(sighting.rows[:, 0])
-    near = np.clip(np.searchsorted(time, sighting.time - ahead), 0, time.size - 1)
-    head, axis = poses.head[near], poses.axis[near]
+    head, axis = (_between(sighting.time - ahead, time, values) for values in (poses.head, poses.axis))
     forward = camera.project(head + shape.nose * axis) - camera.project(head + shape.tail * axis)
     rows = from_nose(turned(sighting.rows, forward), forward, shape.turns)
     slender = seen & np.isfinite(rows[:, RISE])
@@ -53,22 +54,42 @@ def prepared(
         return PreparedView(sighting._replace(rows=rows), np.zeros(4), np.zeros(4), None)
     errors = detector_errors(camera, poses.head, poses.axis, shape, float(np.median(rows[slender, RISE])))
     fresh = frame_noise(sighting.time, rows, interval)
-    if errors is None:
-        lasting = np.median(rows[slender, SDS], axis=0)
-    else:
+    lasting, roll = np.median(rows[slender, SDS], axis=0), None
+    if errors is not None:
         tilt = tilts(camera, head, axis)
         rows = corrected(rows, errors, tilt)
         fresh = frame_noise(sighting.time, rows, interval)
         lasting = errors.left
-    if sighting.predicted:
-        lasting = np.hypot(lasting, RETURNING * fresh)
-    roll = None
-    if errors is not None:  # phases count from the nose, whose error turns them all along
+        # phases count from the nose, whose error turns them all along; what returns with every turn cancels in a turn
         pitch = float(np.median(np.linalg.norm(forward[slender], axis=1))) / shape.turns
         roll_sd = float(np.hypot(errors.roll_sd, 2.0 * np.pi / pitch * lasting[0]))
         roll = (sighting.time[slender], errors.rolls(rows[slender], tilt[slender]), roll_sd)
+    if sighting.predicted:
+        lasting = np.hypot(lasting, returning(rows[slender], fresh))
     rows[slender, SDS] = np.hypot(fresh, lasting)
     return PreparedView(sighting._replace(rows=rows), fresh, lasting, roll)
+
+
+def _between(now: Floats, time: Floats, values: Floats) -> Floats:
+    """Values (m, 3) at instants ``now`` on straight lines through those (n, 3) at ``time``; at the ends as there."""
+    return np.stack([np.interp(now, time, column) for column in values.T], axis=1)
+
+
+def returning(rows: Floats, fresh: Floats) -> Floats:
+    """Standard deviations (4,) in px of what prediction leaves out of frames as often as the device comes back.
+
+    A device that swings across comes to lie elsewhere on the grid of pixels, so its errors across are fresh each time.
+    """
+    middle = rows[:, MIDDLE]
+    swing = 0.0
+    if middle.shape[0] >= AROUND:
+        mean = np.stack([np.convolve(column, np.ones(AROUND) / AROUND, "valid") for column in middle.T], axis=1)
+        inner = slice(AROUND // 2, AROUND // 2 + mean.shape[0])
+        away, half = middle[inner] - mean, rows[inner, HALF]
+        across = away[:, 1] * half[:, 0] - away[:, 0] * half[:, 1]
+        swing = float(np.sqrt(np.mean((across / np.linalg.norm(half, axis=1)) ** 2)))
+    share = 1.0 / np.hypot(1.0, swing / GRID)
+    return np.asarray(RETURNING * np.array([1.0, share, 1.0, share]) * fresh)
 
 
 def parted(rows: Floats, view: PreparedView) -> tuple[Floats, Floats]:
