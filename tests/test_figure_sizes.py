@@ -285,16 +285,6 @@ def test_a_figure_in_a_size_has_its_words_apart_and_whole(kind, size, request):
     assert labels == [pytest.approx(WORDS[size])] * len(labels)
 
 
-def test_the_ticks_of_a_slide_are_as_large_whoever_saves_it(trajectory, tmp_path):
-    """Matplotlib makes ticks when they are drawn, in the style of that moment."""
-    figure = plots.draw_run(trajectory, size="slide")
-    plots.save(figure, tmp_path / "slide.png")
-    panels = [axes for part in figure.subfigs for axes in part.axes]
-    ticks = [label.get_fontsize() for axes in panels for label in axes.get_xticklabels()]
-    assert len(ticks) > 10
-    assert ticks == [pytest.approx(6.5 * 8.5 / 7.0)] * len(ticks)
-
-
 def test_another_size_is_refused(trajectory):
     with pytest.raises(hm.InputError, match="size must be one of small, print, slide; got 'large'"):
         plots.draw_run(trajectory, size="large")

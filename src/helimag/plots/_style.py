@@ -3,11 +3,10 @@
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Any, Literal, cast, get_args
 
 import matplotlib as mpl
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.text import Text
 
@@ -76,7 +75,6 @@ class Sheet:
     width: float
     height: float | None = None
     type: float = TYPE
-    drawn: list[Figure] = field(default_factory=list, compare=False)
 
     @property
     def narrow(self) -> bool:
@@ -93,8 +91,7 @@ class Sheet:
     ) -> Figure:
         """A figure that would like to be so high (inches), and as wide as a share of a paper's page."""
         size = (self.width if self.narrow else self.width * share, height)
-        self.drawn.append(Figure(figsize=size if self.height is None else (self.width, self.height), layout=layout))
-        return self.drawn[-1]
+        return Figure(figsize=size if self.height is None else (self.width, self.height), layout=layout)
 
     def points(self, size: float) -> float:
         """The size of words that are so large (points) in a paper."""
@@ -126,15 +123,11 @@ def styled(size: Size = "print") -> Iterator[Sheet]:
     """
     if size not in SHEETS:
         raise InputError(f"size must be one of {', '.join(get_args(Size))}; got '{size}'")
-    sheet = replace(SHEETS[size], drawn=[])
+    sheet = SHEETS[size]
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(cast(Any, STYLE | {name: sheet.points(points) for name, points in FONTS.items()}))
         yield sheet
-        for axes in (axes for figure in sheet.drawn for axes in figure.findobj(Axes)):
-            axes.tick_params(
-                labelsize=sheet.points(FONTS["xtick.labelsize"])
-            )  # else as large as whoever shows it likes
 
 
 def head(figure: Figure | SubFigure, text: str, **looks: Any) -> None:
