@@ -7,7 +7,11 @@ try:
 except ImportError:
     raise MissingExtra.of("tracking", "opencv-python-headless", "vision") from None
 
-cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # what fails is raised in a line of our own
+# what fails is raised in a line of our own
+if hasattr(cv2, "setLogLevel"):  # OpenCV 4
+    cv2.setLogLevel(0)
+else:
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 cv2.setNumThreads(1)  # pictures are small; two views are two threads already
 
 __all__ = ["cv2"]
