@@ -14,7 +14,7 @@ import numpy as np
 import warp as wp
 from scipy.spatial.transform import Rotation
 
-from helimag.engine import History, advance
+from helimag.engine import DOP853, History, advance
 from helimag.engine.walls import NEAR_WALLS
 from helimag.outcomes import End
 from helimag.physics.walls import FloorAndSurface, seen_walls
@@ -68,12 +68,12 @@ def step_costs() -> str:
         runs[drag] = chosen("nose-first/fig3c", "dipole", DRAGS[drag]).replaced(
             {"workspace.floor": -0.5, "workspace.surface": 0.5, "run.duration": 600.0, "device.weight.net_weight": 1e-5}
         )
-        advance([runs[drag].replaced({"run.duration": 1.0})])
+        advance([runs[drag].replaced({"run.duration": 1.0})], method=DOP853)
         seconds[drag] = math.inf
     for _ in range(REPEATS):
         for drag, run in runs.items():
             begun = time.process_time()
-            (history,) = advance([run], threads=1)
+            (history,) = advance([run], threads=1, method=DOP853)
             took = (time.process_time() - begun) / (history.steps + history.rejected)
             seconds[drag] = min(seconds[drag], took)
     near, free = seconds["boundary, near walls"], seconds["boundary"]
