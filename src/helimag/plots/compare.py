@@ -74,7 +74,7 @@ def _title(comparison: Comparison) -> str:
     names = [str(run.attributes.get("name", "run")) for run in (comparison.measured, comparison.simulated)]
     toml = comparison.simulated.scenario_toml
     inputs = "" if toml is None else f"\n{drive_inputs(parse(toml, 'the simulated run'))}"
-    return f"{names[0]} measured, {names[1]} simulated{inputs}"
+    return f"measured: {names[0]}; simulated: {names[1]}{inputs}"
 
 
 def _cuts(comparison: Comparison) -> NDArray[np.int64]:
