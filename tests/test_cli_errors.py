@@ -121,6 +121,8 @@ def test_files_that_are_none(helimag, tmp_path):
         (["--device", "abacus"], ["device", "abacus"]),
         (["--set", "device.helix.length=99 m", "--set", "device.helix.pitch=10 um"], ["device.helix.length"]),
         (["--nonsense"], ["--nonsense"]),
+        (["--set", "drive.pitch", "12 deg"], ["nothing takes '12 deg'", "--set drive.pitch='12 deg'"]),
+        (["--duration", "5", "s"], ["nothing takes 's'", "--duration '5 s'"]),
     ],
 )
 def test_bad_options(helimag, options, parts):

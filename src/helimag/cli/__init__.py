@@ -5,7 +5,7 @@ import gc
 import os
 import sys
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, UnusedCliTokensError
 
 from helimag.cli import calibration, checks, compare, design, orbits, pictures, robot, runs, studio, sweeps, vision
 from helimag.cli._common import common_of, speaking
@@ -13,6 +13,7 @@ from helimag.cli._streams import OutputLost, guarded
 from helimag.errors import HelimagError, RunError
 
 # what the system says of a path that the user gave, wherever it is first looked at
+WRITTEN = "values with units are one word, in quotes: --duration '5 s', --set drive.pitch='12 deg'; see --help"
 PATH_ERRORS = {errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES, errno.EPERM, errno.ENOTDIR}
 ALLOCATIONS = 200_000  # between looks for garbage: imports make none (benchmarks/start_up.py has what looking costs)
 LONGEST_SHOWN = 80  # characters of such a path
@@ -72,6 +73,9 @@ def _status() -> int:
         return _said(str(error), 1)
     except HelimagError as error:
         return _said(str(error), 2)
+    except UnusedCliTokensError as error:
+        spare = " ".join(repr(token) for token in error.unused_tokens or ())
+        return _said(f"nothing takes {spare}; {WRITTEN}", 2)
     except CycloptsError as error:
         return _said(str(error), 2)
     except OSError as error:
