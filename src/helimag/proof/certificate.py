@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from helimag.errors import InputError
-from helimag.files import replacing, text_of
+from helimag.files import text_of
 from helimag.hydrodynamics import resistance
 from helimag.proof.balls import (
     PRECISION,
@@ -35,7 +35,7 @@ from helimag.proof.clearance import clearance
 from helimag.proof.exact import TOLERATED, WIRE_MODELS, Inputs
 from helimag.proof.field import Views, lean_series, views_of
 from helimag.proof.motion import LENGTH, TURN_PER_LENGTH, Swimming
-from helimag.proof.sealing import digest, opened, reading, require_same, sealed
+from helimag.proof.sealing import Sealed, opened, reading, require_same
 from helimag.proof.theorem import Disc, enters, theorem_of
 from helimag.proof.tube import NONE, Chart, N, Tube, chart_at, pairs, reached, second_order, side_of
 from helimag.proof.waves import Waves, basis
@@ -91,23 +91,13 @@ class Claims:
 
 
 @dataclass(frozen=True)
-class Certificate:
+class Certificate(Sealed):
     """A tube for a scenario, inputs with a tolerance, and the claims."""
 
     scenario: Scenario
     within: Mapping[str, str]
     tube: Tube
     claims: Claims
-
-    def text(self) -> str:
-        """The certificate as JSON, closed by the hash of all before it.
-
-        Returns
-        -------
-        str
-            One object, as :func:`read_certificate` reads it.
-        """
-        return sealed(self.content())
 
     def covers(self, scenario: Scenario) -> bool:
         """Whether this is about a scenario: the same but for how long it is run and what it is called.
@@ -118,11 +108,6 @@ class Certificate:
             False where anything that decides an orbit differs.
         """
         return _matter(settled(scenario)) == _matter(self.scenario)
-
-    @property
-    def hash(self) -> str:
-        """SHA-256 of the content."""
-        return digest(self.content())
 
     def content(self) -> dict[str, Any]:
         """All but the hash, as JSON has it.
@@ -150,17 +135,6 @@ class Certificate:
             },
             "claims": json.loads(json.dumps(asdict(self.claims))),
         }
-
-    def save(self, path: str | Path) -> None:
-        """Write the certificate.
-
-        Raises
-        ------
-        FileError
-            Where the file cannot be written.
-        """
-        with replacing(path) as beside:
-            beside.write_text(self.text(), encoding="utf-8")
 
 
 def settled(scenario: Scenario) -> Scenario:

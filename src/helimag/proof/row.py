@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from helimag.errors import InputError
-from helimag.files import replacing, text_of
+from helimag.files import text_of
 from helimag.proof.bounds import Report, silent
 from helimag.proof.certificate import Certificate, certificate_from, check, read_certificate, require_tolerances
 from helimag.proof.exact import parts, written
-from helimag.proof.sealing import digest, format_of, opened, reading, require_same, sealed
+from helimag.proof.sealing import Sealed, format_of, opened, reading, require_same
 
 ROW = "helimag proof row 1"
 DIGITS = 400  # more than sums of numbers have that a certificate may give
@@ -24,7 +24,7 @@ Interval = tuple[Fraction, Fraction]
 
 
 @dataclass(frozen=True)
-class Row:
+class Row(Sealed):
     """Certificates of boxes of the same inputs, one beside the other along one of them, in ascending order."""
 
     along: str
@@ -51,21 +51,6 @@ class Row:
         """What all motions in all tubes keep from all around them, m."""
         return min(cell.claims.clearance for cell in self.cells)
 
-    def text(self) -> str:
-        """The certificate as JSON, closed by the hash of all before it.
-
-        Returns
-        -------
-        str
-            One object, as :func:`read_row` reads it.
-        """
-        return sealed(self.content())
-
-    @property
-    def hash(self) -> str:
-        """SHA-256 of the content."""
-        return digest(self.content())
-
     def content(self) -> dict[str, Any]:
         """All but the hash, as JSON has it.
 
@@ -76,17 +61,6 @@ class Row:
         """
         box = {path: [decimal(end) for end in ends] for path, ends in self.box.items()}
         return {"format": ROW, "along": self.along, "box": box, "cells": [cell.content() for cell in self.cells]}
-
-    def save(self, path: str | Path) -> None:
-        """Write the certificate.
-
-        Raises
-        ------
-        FileError
-            Where the file cannot be written.
-        """
-        with replacing(path) as beside:
-            beside.write_text(self.text(), encoding="utf-8")
 
 
 def decimal(number: Fraction) -> str:

@@ -2,11 +2,54 @@
 
 import hashlib
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from helimag.errors import InputError
+from helimag.files import replacing
+
+
+class Sealed(ABC):
+    """What is written as JSON that is closed by the hash of its content."""
+
+    @abstractmethod
+    def content(self) -> dict[str, Any]:
+        """All but the hash, as JSON has it.
+
+        Returns
+        -------
+        dict
+            Plain numbers, text and lists.
+        """
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the content."""
+        return digest(self.content())
+
+    def text(self) -> str:
+        """The certificate as JSON, closed by the hash of all before it.
+
+        Returns
+        -------
+        str
+            One object, as :func:`helimag.proof.read_any` reads it.
+        """
+        return sealed(self.content())
+
+    def save(self, path: str | Path) -> None:
+        """Write the certificate.
+
+        Raises
+        ------
+        FileError
+            Where the file cannot be written.
+        """
+        with replacing(path) as beside:
+            beside.write_text(self.text(), encoding="utf-8")
 
 
 def sealed(content: Mapping[str, Any]) -> str:
