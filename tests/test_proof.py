@@ -40,6 +40,7 @@ from helimag.proof.balls import arithmetic
 from helimag.proof.bounds import straights_of
 from helimag.proof.exact import parts, written
 from helimag.proof.motion import product
+from helimag.proof.sealing import digest
 from helimag.proof.tolerance import PATHS
 from helimag.proof.waves import Waves
 from helimag.robot import load_cell, plan
@@ -257,7 +258,7 @@ def test_a_certificate_with_any_one_number_changed_is_refused(light: Certificate
             continue
         original = _at(content, path)
         put(content, path, changed)
-        assert certificates.digest(content) != sealed, path
+        assert digest(content) != sealed, path
         if i % 7 == 0 or path[0] != "tube":
             with pytest.raises(InputError):
                 read_certificate(json.dumps(content | {"sha256": sealed}))
@@ -286,7 +287,7 @@ def _at(content, path):
 def resealed(content) -> str:
     """The text of a content that somebody changed who also knows how its hash is made."""
     rest = {key: value for key, value in content.items() if key != "sha256"}
-    return json.dumps(rest | {"sha256": certificates.digest(rest)})
+    return json.dumps(rest | {"sha256": digest(rest)})
 
 
 def test_no_claim_is_believed(light: Certificate, monkeypatch) -> None:
