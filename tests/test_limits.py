@@ -134,7 +134,7 @@ def test_a_run_of_decades_is_stopped_by_ctrl_c():
         os.kill(under_way.pid, signal.SIGINT)
         begun = time.monotonic()
         _, err = under_way.communicate(timeout=60.0)
-    assert time.monotonic() - begun < 3.0  # a second, and the interpreter's own end on a busy machine
+    assert time.monotonic() - begun < 10.0  # a second on a free machine; the run itself would take minutes
     assert under_way.returncode == 130
     assert err.splitlines()[-1] == "helimag: interrupted"
     assert "Traceback" not in err
