@@ -26,8 +26,8 @@ from helimag.proof.tube import Chart, N, Tube, chart_at, pairs, triples
 if TYPE_CHECKING:
     from flint import arb
 
-# D F at X differs from D F on the curve by F_ab X_b and a mean of F_abc X_b X_c, over these; and so does its mean on the
-# straight way from the curve to X, by which F changes there
+# D F at X less D F on the curve is F_ab X_b and a mean of F_abc X_b X_c, over these; and so is its mean on the straight
+# way from the curve to X, by which F changes there
 AT_THE_END, ON_THE_WAY = (1, 2), (2, 6)
 CRUDE = 3  # parts of a span for the tube and its outer box to one for the region, where less is asked
 

@@ -29,7 +29,7 @@ from helimag.scenario import Scenario
 
 GRIDS: tuple[dict[str, int], ...] = (
     {"spans": 96, "order": 10, "fine": 14, "coarse": 6, "rough": 4},
-    {"spans": 192, "order": 12, "fine": 14, "coarse": 6, "rough": 4},
+    {"spans": 192, "order": 12, "fine": 14, "coarse": 6, "rough": 3},
     {"spans": 384, "order": 12, "fine": 14, "coarse": 6, "rough": 2},
 )  # how time is cut; finer where coarser does not decide
 SAME_PLACE, SAME_ATTITUDE = 1e-6, 1e-3  # m and rad, between the orbit given and the curve that its proof is about
