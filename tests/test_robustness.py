@@ -68,6 +68,19 @@ def test_streams_that_take_nothing(line, status, said):
     assert (found.returncode, found.stderr) == (status, said)
 
 
+@pytest.mark.parametrize("locale", ["LC_ALL=C PYTHONUTF8=0 PYTHONCOERCECLOCALE=0", "PYTHONIOENCODING=ascii"])
+def test_a_terminal_without_the_signs_gets_others(tmp_path, locale):
+    """A scenario's name that ASCII cannot show; and a file whose name is no text in any encoding."""
+    text = hm.load("nose-first/fig3c").to_toml().replace('name = "nose-first/fig3c"', 'name = "gr\u00f6\u00dfer"')
+    assert "gr\u00f6\u00dfer" in text
+    (tmp_path / "a.toml").write_text(text, encoding="utf-8")
+    found = shell(f"cd {tmp_path}; {locale} {HELIMAG} doctor a.toml; {locale} {HELIMAG} cite $'b\\xff.toml'")
+    assert found.returncode == 2
+    assert "gr\\xf6\\xdfer" in found.stdout
+    assert found.stderr.count("\n") == 1
+    assert "a TOML file; 'b\\udcff.toml' is neither" in found.stderr
+
+
 def test_a_run_whose_reader_has_gone_is_still_written(tmp_path):
     target = tmp_path / "run.nc"
     run = f"{HELIMAG} simulate nose-first/fig3c --duration '2 s' --no-orbit -o {target}"
