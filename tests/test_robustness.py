@@ -100,17 +100,18 @@ def test_a_file_opened_with_standard_output_closed_does_not_get_what_is_printed(
 
 
 @pytest.mark.parametrize("command", ["simulate nose-first/fig3c --duration '1 s' --no-orbit", "doctor"])
-@pytest.mark.parametrize("name", ["HOME", "WARP_CACHE_PATH"])
+@pytest.mark.parametrize("name", ["HOME", "WARP_CACHE_PATH", "XDG_CACHE_HOME"])
 def test_a_folder_for_kernels_that_cannot_be_made(tmp_path, command, name):
     file = tmp_path / "file"
     file.touch()
     environment = {"HOME": str(tmp_path), name: str(file / "below")}
-    unset = "XDG_CACHE_HOME" + (" WARP_CACHE_PATH" if name == "HOME" else "")
+    unset = " ".join({"XDG_CACHE_HOME", "WARP_CACHE_PATH"} - {name})
     found = shell(f"unset {unset}; {HELIMAG} {command}", **environment)
     assert (found.returncode, found.stdout) == (2, "")
     assert found.stderr.count("\n") == 1
     assert found.stderr.startswith(f"helimag: the folder of compiled kernels, {file}")
-    assert "Not a directory; let HOME, or WARP_CACHE_PATH, name a folder that can be written" in found.stderr
+    at_fault = "XDG_CACHE_HOME" if name == "XDG_CACHE_HOME" else "HOME"
+    assert f"Not a directory; let {at_fault}, or WARP_CACHE_PATH, name a folder that can be written" in found.stderr
 
 
 def test_no_room_for_compiled_kernels(tmp_path):
