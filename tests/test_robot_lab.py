@@ -15,6 +15,7 @@ from helimag.errors import InputError, NotFeasible
 from helimag.robot import deviation, load_cell, log_of_playback, plan, play, write_krl, write_programme
 from helimag.robot.arm import Load, Motor
 from helimag.robot.krl.sequence import lead_time
+from helimag.robot.krl.writer import checked_name
 from helimag.robot.programme import programme_texts
 from helimag.robot.robodk import write_robodk
 from helimag.scenario import PAPER_TANK, load
@@ -410,6 +411,18 @@ def test_headers_say_what_the_lab_must_know():
     assert "; Motor: on with $OUT[5], waits for $IN[7], $IN[8]; off on a stop" in src
     assert "; Load: 1.2 kg" in src
     assert "; At the end the arm goes up by 100 mm" in src
+
+
+def test_the_files_of_a_changed_scenario_have_another_name_than_the_preset_s():
+    """Both go into one folder; neither takes the other's place."""
+    row = load("nose-first/table1-row1").replaced({"run.duration": 20.0})
+    preset = row.replaced({"name": "mine"})  # a name of its own
+    slower = row.replaced({"drive.velocity": (5e-4, 0.0, 0.0)})
+    names = [sorted(programme_texts(plan(each, EQUIPPED), accept_unbounded=True))[0] for each in (row, slower, preset)]
+    assert names[2] == "mine.dat"
+    for name, each in zip(names, (row, slower), strict=False):
+        assert name == f"nose_first_table1_{each.hash[:6]}.dat"
+        assert checked_name(name.removesuffix(".dat"))
 
 
 def test_a_course_that_is_not_sure_is_refused_with_the_remedy():
