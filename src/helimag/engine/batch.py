@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ Floats = NDArray[np.float64]
 
 TOLERANCE = 3e-7  # of one step; positions are then within 1e-8 m after 100 s on the reference runs
 FIRST_STEP = 1e-3  # of a turn of the magnet
+FEWEST_TURNS = 36.0  # of a run that leaps: in fewer the turns followed cost more than they save, by benchmarks/leaps.py
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,14 @@ def started(scenarios: Sequence[Scenario], states: Floats) -> NDArray[np.void]:
     progress: Any = structs(Progress, rows)
     progress["leap"]["ready"] = [first_leap(scenario.drive) for scenario in scenarios]
     return np.asarray(progress)
+
+
+def method_for(scenario: Scenario, method: Method) -> Method:
+    """What takes a run's steps: leaps only where there are turns enough, and a frame moves with the drive."""
+    turns = abs(scenario.drive.frequency) * scenario.run.duration
+    if method.leaps and (turns < FEWEST_TURNS or math.isinf(first_leap(scenario.drive))):
+        return replace(method, leaps=False)
+    return method
 
 
 def first_leap(drive: Drive) -> float:

@@ -7,13 +7,13 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.batch import TOLERANCE, Batch, Stepping, started
+from helimag.engine.batch import TOLERANCE, Batch, Stepping, method_for, started
 from helimag.engine.history import History
 from helimag.engine.kernels import check_device, ready
 from helimag.engine.loop import build_advance
@@ -37,9 +37,10 @@ PATIENCE = 0.1  # s between looks at what is under way
 
 @dataclass
 class _Job:
-    """Some runs with the same formulas: their places among all, and what is known of them."""
+    """Some runs with the same formulas and method: their places among all, and what is known of them."""
 
     system: System
+    method: Method
     places: list[int]
     scenarios: list[Scenario]
     progress: NDArray[np.void]
@@ -49,6 +50,7 @@ class _Job:
 
     def advance(self, settings: Stepping, stop: threading.Event) -> None:
         """Take the runs to their ends, or to where they are when told to stop."""
+        settings = replace(settings, method=self.method)
         self.batch = Batch(self.system, self.scenarios, self.progress, settings, self.records, self.memories)
         budget = FIRST_BUDGET
         while self.batch.running and not stop.is_set():
@@ -103,7 +105,8 @@ def advancing(
     tolerance
         Of one step, in quaternion components and in positions over the helix' length.
     method
-        What takes the steps; default leaps over turns of the magnet where they hold, and direct steps elsewhere.
+        What takes the steps; default leaps over turns of the magnet where they hold, and direct steps elsewhere: from
+        the start where a run has too few turns for leaps to pay.
     system
         Which formulas a scenario is run with.
     device
@@ -128,13 +131,12 @@ def advancing(
     check_device(device)
     states = _checked_states(scenarios, initial_states)
     pack_bodies(scenarios)  # a device that cannot be is refused before anything is compiled
-    jobs = _jobs(
-        scenarios, [system(scenario) for scenario in scenarios], states, _checked_histories(scenarios, after), device
-    )
+    kinds = [(system(scenario), method_for(scenario, method)) for scenario in scenarios]
+    jobs = _jobs(scenarios, kinds, states, _checked_histories(scenarios, after), device)
     for job in jobs:
         job.system.medium.pack(job.scenarios, device)  # tables are made here, where Ctrl-C is heard, and kept
-    for formulas in {job.system: None for job in jobs}:
-        ready(partial(build_advance, formulas, method), device)
+    for kind in dict.fromkeys(kinds):
+        ready(partial(build_advance, *kind), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
     workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
     told = "1 run" if len(scenarios) == 1 else f"{len(scenarios)} runs"
@@ -203,18 +205,18 @@ def advance(
 
 def _jobs(
     scenarios: Sequence[Scenario],
-    systems: Sequence[System],
+    kinds: Sequence[tuple[System, Method]],
     states: Floats,
     after: Sequence[History | None],
     device: str,
 ) -> list[_Job]:
-    """The runs by their formulas, in parts that a launch can take."""
-    kinds: dict[System, list[int]] = {}
-    for place, system in enumerate(systems):
-        kinds.setdefault(system, []).append(place)
+    """The runs by their formulas and method, in parts that a launch can take."""
+    alike: dict[tuple[System, Method], list[int]] = {}
+    for place, kind in enumerate(kinds):
+        alike.setdefault(kind, []).append(place)
     size = _batch_size(scenarios) if device == "cpu" else len(scenarios)
     jobs = []
-    for system, places in kinds.items():
+    for (system, method), places in alike.items():
         for begin in range(0, len(places), size):
             part = places[begin : begin + size]
             batch = [scenarios[place] for place in part]
@@ -225,7 +227,7 @@ def _jobs(
                     progress[run] = history.progress
             records = [np.zeros(0, np.void) if history is None else history.records for history in known]
             memories = [{} if history is None else history.memory for history in known]
-            jobs.append(_Job(system, part, batch, progress, records, memories))
+            jobs.append(_Job(system, method, part, batch, progress, records, memories))
     return jobs
 
 
