@@ -27,9 +27,10 @@ from helimag.scenario import Scenario
 Floats = NDArray[np.float64]
 
 LAUNCH_SECONDS = 0.1  # how long a launch may take before the host gets a word in
-FIRST_BUDGET = 1000  # steps of a first launch
+FIRST_BUDGET = 128_000  # steps of a first launch, all runs together
+MOST_FIRST_STEPS = 1000  # of one run
 RUNS_PER_BATCH = 8
-SHORT_RUNS_PER_BATCH = 128  # what a batch costs by itself would be most of a few short runs' time
+SHORT_RUNS_PER_BATCH = 512  # at most: what a batch costs by itself would be most of a few short runs' time
 SHORT = 100.0  # turns of the magnet
 LOG = logging.getLogger(__name__)
 PATIENCE = 0.1  # s between looks at what is under way
@@ -52,7 +53,7 @@ class _Job:
         """Take the runs to their ends, or to where they are when told to stop."""
         settings = replace(settings, method=self.method)
         self.batch = Batch(self.system, self.scenarios, self.progress, settings, self.records, self.memories)
-        budget = FIRST_BUDGET
+        budget = min(MOST_FIRST_STEPS, FIRST_BUDGET // len(self.scenarios) + 1)
         while self.batch.running and not stop.is_set():
             took = self.batch.launch(budget)
             budget = max(1, int(budget * min(4.0, LAUNCH_SECONDS / max(took, 1e-6))))
@@ -132,13 +133,14 @@ def advancing(
     states = _checked_states(scenarios, initial_states)
     pack_bodies(scenarios)  # a device that cannot be is refused before anything is compiled
     kinds = [(system(scenario), method_for(scenario, method)) for scenario in scenarios]
-    jobs = _jobs(scenarios, kinds, states, _checked_histories(scenarios, after), device)
+    workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
+    size = _batch_size(scenarios, workers) if device == "cpu" else len(scenarios)
+    jobs = _jobs(scenarios, kinds, states, _checked_histories(scenarios, after), size)
     for job in jobs:
         job.system.medium.pack(job.scenarios, device)  # tables are made here, where Ctrl-C is heard, and kept
-    for kind in dict.fromkeys(kinds):
-        ready(partial(build_advance, *kind), device)
+    for formulas, steps in {(job.system, job.method): None for job in jobs}:
+        ready(partial(build_advance, formulas, steps), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
-    workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
     told = "1 run" if len(scenarios) == 1 else f"{len(scenarios)} runs"
     LOG.info("%s of %.6g s in all by the method '%s' on %s, %d threads", told, total, method.name, device, workers)
     return _watched(Underway(total, jobs), jobs, Stepping(method, tolerance, device), workers)
@@ -208,13 +210,12 @@ def _jobs(
     kinds: Sequence[tuple[System, Method]],
     states: Floats,
     after: Sequence[History | None],
-    device: str,
+    size: int,
 ) -> list[_Job]:
-    """The runs by their formulas and method, in parts that a launch can take."""
+    """The runs by their formulas and method, in parts of up to ``size`` that a launch takes."""
     alike: dict[tuple[System, Method], list[int]] = {}
     for place, kind in enumerate(kinds):
         alike.setdefault(kind, []).append(place)
-    size = _batch_size(scenarios) if device == "cpu" else len(scenarios)
     jobs = []
     for (system, method), places in alike.items():
         for begin in range(0, len(places), size):
@@ -231,10 +232,12 @@ def _jobs(
     return jobs
 
 
-def _batch_size(scenarios: Sequence[Scenario]) -> int:
-    """How many runs a launch takes on a CPU; results do not depend on it."""
+def _batch_size(scenarios: Sequence[Scenario], workers: int) -> int:
+    """How many runs a launch takes on a CPU, so that there are some for each worker; results do not depend on it."""
     turns = math.fsum(abs(scenario.drive.frequency) * scenario.run.duration for scenario in scenarios)
-    return SHORT_RUNS_PER_BATCH if turns < SHORT * len(scenarios) else RUNS_PER_BATCH
+    if turns >= SHORT * len(scenarios):
+        return RUNS_PER_BATCH
+    return min(SHORT_RUNS_PER_BATCH, math.ceil(len(scenarios) / workers))
 
 
 def _checked_states(scenarios: Sequence[Scenario], given: Floats | None) -> Floats:
