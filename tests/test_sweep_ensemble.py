@@ -149,13 +149,13 @@ def test_short_runs_are_made_more_at_once_as_far_as_their_samples_fit(monkeypatc
     from helimag.sweeps import compute
 
     base = hm.load("nose-first/fig3c").replaced({"run.duration": 0.5, "run.interval": 0.025})
-    scenarios = [base.replaced({"drive.pitch": 0.001 * i}) for i in range(130)]
+    scenarios = [base.replaced({"drive.pitch": 0.0005 * i}) for i in range(520)]
     advance, sizes = compute.advance, []
     monkeypatch.setattr(compute, "advance", lambda batch, **rest: sizes.append(len(batch)) or advance(batch, **rest))
     whole = compute.compute(scenarios)
     monkeypatch.setattr(compute, "SAMPLES_AT_ONCE", 1300)
     parts = compute.compute(scenarios)
-    assert sizes == [128, 2, 65, 65]
+    assert sizes == [512, 8, 65, 65, 65, 65, 65, 65, 65, 65]
     for name, values in whole.items():
         np.testing.assert_array_equal(parts[name], values, err_msg=name)
 
