@@ -96,6 +96,29 @@ def test_a_device_that_slips_is_stepped_directly():
     np.testing.assert_array_equal(direct.states, leaping.states)
 
 
+def test_what_comes_to_nothing_is_tried_ever_more_rarely():
+    """This run has hardly a turn to leap over: what it follows for leaps is to cost less than its steps."""
+    (leaping,) = advance([hm.load("paper/table1-row3")])
+    assert leaping.leapt < 0.1
+    assert 12 * leaping.progress["leap"]["followed"] < 0.6 * (leaping.steps + leaping.rejected)
+
+
+def test_runs_of_few_turns_are_stepped_directly_from_the_start():
+    """Alone and among others, bit for bit: 36 turns is where leaps begin to pay."""
+    runs = [scenario(f"{turns / 3.3!r} s", **TAIL_FIRST) for turns in (35.9, 80.0, 3.3)]
+    together, direct = advance(runs), advance(runs, method=DOP853)
+    alone = [advance([run])[0] for run in runs]
+    for few in (0, 2):
+        assert together[few].progress["leap"]["followed"] == 0
+        for history in (together[few], alone[few]):
+            np.testing.assert_array_equal(history.records, direct[few].records)
+    assert together[1].leapt > 0.5
+    np.testing.assert_array_equal(together[1].records, alone[1].records)
+    told = hm.simulate(runs[0]).dataset.attrs
+    assert told["integrator"] == "DOP853, adaptive"
+    assert "turns_followed_for_leaps" not in told
+
+
 def test_no_leaps_where_no_frame_moves_with_the_drive():
     run = scenario("30 s", **TAIL_FIRST | {"velocity": (1e-4, 0.0, 0.0)})
     (direct,), (leaping,) = advance([run], method=DOP853), advance([run])

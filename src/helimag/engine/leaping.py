@@ -44,7 +44,7 @@ MOST_TURNS = wp.constant(100)  # of a leap
 FIRST_LOOK = wp.constant(0)  # turn of a leap after which room is looked at
 TRIAL = wp.constant(14)  # leaps after which they must be worth while
 WORTH = wp.constant(2)  # turns that they must be long by then
-RETRY = wp.constant(wp.float64(2.0))  # turns until the next try, after one that came to nothing
+RETRY = wp.constant(wp.float64(2.0))  # turns until the next try, after one that came to nothing; then twice as many
 LONG_RETRY = wp.constant(wp.float64(32.0))
 ROOM = wp.constant(wp.float64(3.0))  # times what a turn reaches, to be kept clear of anything that ends a run
 LEAST_ROOM = wp.constant(wp.float64(1e-4))  # m
@@ -91,6 +91,14 @@ def given_up(p: Progress, turns: wp.float64, period: wp.float64) -> Progress:
     after.leap.fine = 0
     after.leap.ready = p.time + turns * period
     return after
+
+
+@wp.func
+def put_off(p: Progress, period: wp.float64) -> Progress:
+    """Leaping ended for now: each time that nothing came of it in a row, for twice as long as the time before."""
+    after = p
+    after.leap.wait = wp.clamp(wp.float64(2.0) * p.leap.wait, RETRY, LONG_RETRY)
+    return given_up(after, after.leap.wait, period)
 
 
 @wp.func
@@ -205,7 +213,7 @@ def first_followed(turn: Turn, roll: wp.float64, period: wp.float64, before: Pro
     p.leap.column = 0
     p.leap.reference = p.leap.aim
     if not turn.cosine > IN_STEP:
-        p = given_up(p, RETRY, period)
+        p = put_off(p, period)
     return p
 
 
@@ -289,7 +297,7 @@ def guess_followed(
         p.leap.stage = CORRECTING
         p.leap.aim = from_chart(reference, way.end)
     elif turns == 1:
-        p = given_up(p, RETRY, period)
+        p = put_off(p, period)
     elif near:
         p.leap.stride = wp.max(1, turns // 4)
     else:
@@ -337,8 +345,10 @@ def build_leapt(system: System) -> wp.Function:
             p.leap.stage = COLUMNS
             p.leap.column = 0
             p.leap.reference = p.leap.aim
-        if p.leap.known > TRIAL and p.leap.stride < WORTH:
-            p = given_up(p, LONG_RETRY, period)
+        if p.leap.known > TRIAL:
+            p.leap.wait = ZERO
+            if p.leap.stride < WORTH:
+                p = given_up(p, LONG_RETRY, period)
         return p
 
     return leapt
@@ -409,7 +419,7 @@ def build_tried(system: System) -> wp.Function:
         elif turn.cosine > IN_STEP:
             p = leapt(turn, body, here, drive, magnets, schedule, memory, run, p, records)
         else:
-            p = given_up(p, RETRY, period)
+            p = put_off(p, period)
         return p
 
     return tried

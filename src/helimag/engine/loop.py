@@ -129,8 +129,11 @@ def _leaping_parts(system: System) -> tuple[wp.Function, wp.Function]:
 
 
 def build_advance(system: System, method: Method) -> wp.Kernel:
-    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
-    return _advance(system, replace(method, leaps=method.leaps and leaps_hold(system)))
+    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to.
+
+    Methods that differ in their names alone have one kernel, such as direct steps and leaps where those do not hold.
+    """
+    return _advance(system, replace(method, name="", leaps=method.leaps and leaps_hold(system)))
 
 
 @cache

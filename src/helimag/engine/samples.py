@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from helimag.engine.structures import structs
 from helimag.physics.kinematics import State, attack_angle
-from helimag.scenario import Scenario
+from helimag.scenario import Run, Scenario
 
 ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
@@ -29,9 +29,8 @@ def pack_schedules(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     return structs(Schedule, [{"interval": s.run.sample_interval, "duration": s.run.duration} for s in scenarios])
 
 
-def sample_times(scenario: Scenario) -> NDArray[np.float64]:
+def sample_times(run: Run) -> NDArray[np.float64]:
     """When a run that reaches its horizon is sampled (s)."""
-    run = scenario.run
     count = math.ceil(run.duration / run.sample_interval * (1.0 - 1e-12)) + 1
     times = np.arange(count) * run.sample_interval
     times[times >= float(NEARLY_ONE) * run.duration] = run.duration
