@@ -50,8 +50,9 @@ def _fitted(picture: Picture, base: NDArray[np.int64], off: Floats) -> tuple[Flo
     values[:, :2] = off
     for _ in range(ROUNDS):
         shade, slopes = _corner(values, right, down)
-        normal = np.einsum("npi,np,npj->nij", slopes, weight, slopes)
-        pull = np.einsum("npi,np,np->ni", slopes, weight, seen - shade)
+        weighted = (slopes * weight[..., None]).transpose(0, 2, 1)
+        normal = weighted @ slopes
+        pull = (weighted @ (seen - shade)[..., None])[..., 0]
         scale = 1.0 / np.sqrt(np.einsum("nii->ni", normal) + 1e-12)
         scaled = normal * scale[:, :, None] * scale[:, None, :] + 1e-9 * np.eye(7)
         step = np.linalg.solve(scaled, (pull * scale)[..., None])[..., 0] * scale
@@ -67,8 +68,8 @@ def _fitted(picture: Picture, base: NDArray[np.int64], off: Floats) -> tuple[Flo
 def _start(seen: Floats, weight: Floats, x: Floats, y: Floats) -> Floats:
     """Values (n, 7) near a corner's: the edges run where the saddle that fits its pixels is level."""
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
-    normal = np.einsum("npi,np,npj->nij", terms, weight, terms)
-    saddle = np.linalg.solve(normal, np.einsum("npi,np,np->ni", terms, weight, seen)[..., None])[..., 0]
+    weighted = (terms * weight[..., None]).transpose(0, 2, 1)
+    saddle = np.linalg.solve(weighted @ terms, weighted @ seen[..., None])[..., 0]
     both, twist, uneven = saddle[:, 3] + saddle[:, 5], saddle[:, 4], saddle[:, 3] - saddle[:, 5]
     middle = 0.5 * np.arctan2(twist, uneven)
     apart = 0.5 * np.arccos(np.clip(-both / np.maximum(np.hypot(uneven, twist), 1e-12), -0.95, 0.95))
