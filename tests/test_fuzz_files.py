@@ -82,6 +82,12 @@ def test_what_other_programs_change_or_add_is_read(whole, tmp_path):
     assert found["remark"].values.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
 
 
+def test_a_clock_whose_offset_is_not_known_is_read(tmp_path):
+    """Tracks without a clock's offset say so by -1."""
+    write_netcdf(RUN.dataset.assign_attrs(source="measured", clock_offset_sd=-1.0), tmp_path / "a.nc")
+    assert hm.Trajectory.load(tmp_path / "a.nc").attributes["clock_offset_sd"] == -1.0
+
+
 def stated(dataset, name, units):
     """The same numbers, said to be in other units."""
     dataset = dataset.copy()

@@ -241,7 +241,7 @@ def test_bounds_hold_for_the_mean_of_the_linearisation_on_the_way(enclosed) -> N
         length = np.array([np.linalg.norm(added[list(rows)]) for rows in shape.columns])
         assert np.all(length <= bound + 1e-7)
         tightest = np.maximum(tightest, length / bound)
-    assert tightest.max() > 0.3, "so tight that neither a half nor a third of it would do"
+    assert tightest.max() > 0.3, "bounds not far from what is"
 
 
 def test_bounds_of_known_derivatives_are_exact() -> None:

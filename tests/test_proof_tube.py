@@ -223,6 +223,10 @@ def test_entry_from_far_off_in_fast_blocks() -> None:
         assert enters(tube, spans, tube.entry)
         assert not enters(tube, spans, (0.6, 0.6, 0.6, 0.6)), "beyond the region nothing was enclosed"
         assert not enters(tube, spans, (0.03, 0.009, 0.5, 0.5))
+        # what drives a slow block out while a fast one is still far off
+        driven = [replace(each, far=replace(each.far, push=[exact(0.1), *each.far.push[1:]])) for each in spans]
+        assert not enters(tube, driven, tube.entry)
+        assert enters(tube, driven, tube.outer), "what is in the outer box needs no bounds beyond it"
 
 
 @pytest.mark.parametrize(("share", "comes_in"), [(0.8, True), (1.03, False)])

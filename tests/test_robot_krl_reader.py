@@ -410,6 +410,8 @@ REFUSED = {
     ),
     "two indices": (PATH, "DECL REAL V[2,2]\n" + PATH, "line 33: expected a statement"),
     "constant": (SPEED, "DECL CONST REAL V=0.5\nV=0.000825\n$VEL.CP=V\n", "line 34: 'V' is declared CONST"),
+    "switch by a real": (PATH, "SWITCH 1.0\nCASE 1\nENDSWITCH\n" + PATH, "line 33: SWITCH takes a whole number"),
+    "case of another kind": (PATH, "SWITCH 1\nCASE #BASE\nENDSWITCH\n" + PATH, "line 34: CASE must be of the kind"),
     "before the first case": (
         PATH, "SWITCH 1\n$VEL.CP=0.5\nCASE 1\n" + PATH + "ENDSWITCH\n", "line 34: expected CASE: no statement may stand"
     ),

@@ -21,6 +21,7 @@ from helimag.engine.samples import (
     sample_time,
     statistics_from,
     statistics_with,
+    turned_within,
 )
 from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates, leaps_hold
@@ -174,6 +175,7 @@ def _advance(system: System, method: Method) -> wp.Kernel:
                     k0 = rates(body, here, drive, magnets[run], p.time, p.state)
                     left -= NODES
             end = sample_time(schedule, p.sample)
+            climb = k0[2]
             if p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
                 outcome, dt, t, step, new, here, k0, lag, status = attempt(
                     body, around, here, drive, magnets[run], control, bound, end, p.time, p.step, p.state, k0
@@ -182,6 +184,7 @@ def _advance(system: System, method: Method) -> wp.Kernel:
                 p.status = status
                 if outcome == TAKEN:
                     p.synchrony = synchrony_with(p.synchrony, lag)
+                    p.statistics = turned_within(p.statistics, p.state[2], dt * climb, new[2], dt * k0[2])
                     p.statistics = statistics_with(p.statistics, dt, new[2], attack_angle(new))
                     p.time = t
                     p.state = new

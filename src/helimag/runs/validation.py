@@ -37,7 +37,7 @@ NUMBERS = {
     "film_begin": (-math.inf, False),
     "film_end": (-math.inf, False),
     "clock_offset": (-math.inf, False),
-    "clock_offset_sd": (0.0, False),
+    "clock_offset_sd": (-1.0, False),  # -1 where it is not known
     "position_accuracy": (0.0, False),
     "scale_sd": (0.0, False),
     "lap_time": (0.0, True),

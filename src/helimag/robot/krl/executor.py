@@ -222,9 +222,13 @@ class Executor:
 
     def _switch(self, block: Block) -> _Flow:
         wanted = self._value(block.head.parts[0])
+        if isinstance(wanted, bool) or not isinstance(wanted, (int, str)):
+            raise InputError(f"SWITCH takes a whole number, a character or a word; got {wanted!r}")
         for opening, body in block.arms[1:]:
             values = [self._value(part) for part in opening.parts]
-            if opening.kind == "default" or any(type(v) is type(wanted) and v == wanted for v in values):
+            if any(type(value) is not type(wanted) for value in values):
+                raise opening.refused(f"CASE must be of the kind of its SWITCH, {wanted!r}")
+            if opening.kind == "default" or wanted in values:
                 return self._all(body)
         return _Flow.NEXT
 
