@@ -182,6 +182,11 @@ def advance(
     progress
         Called in this thread with the fraction done, some times a second; an exception raised there stops the runs.
 
+    Returns
+    -------
+    list of History
+        One for each scenario.
+
     Raises
     ------
     InputError
