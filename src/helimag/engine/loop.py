@@ -29,7 +29,7 @@ from helimag.engine.turn_memory import Memory
 from helimag.engine.turns import NODES
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer, moment_of
-from helimag.physics.kinematics import State, attack_angle, head_position, rotation_matrix
+from helimag.physics.kinematics import State, attack_angle, head_position, normalized, rotation_matrix
 from helimag.physics.magnetics import FieldSource
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -90,8 +90,8 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         # surroundings as half way through the next step, if that goes on as this one went: second order in the step;
         # not asked for the step's length that follows from the error, so that a processor can do both at a time
         share = HALF * wp.min(step, control.longest) / dt
-        middle = head_position(new) + share * (head_position(new) - head_position(state))
-        there = local(surroundings, middle, rotation_matrix(new))
+        middle = normalized(new + share * (new - state))
+        there = local(surroundings, head_position(middle), rotation_matrix(middle))
         following = wp.min(rescaled(dt, error), growth * step)
         field, force = load(magnets, pose, head_position(new), moment_of(body, new))
         rates = balance(body, there, new, force, field)

@@ -15,9 +15,13 @@ from helimag.physics.balance import Swimmer
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
 TWO = wp.constant(wp.float64(2.0))
+UPRIGHT = wp.constant(wp.float64(0.1))  # least cosine of the tilt by which derivatives are divided: it only blunts them
 THREE = wp.constant(wp.float64(3.0))
 FOUR = wp.constant(wp.float64(4.0))
 FIVE = wp.constant(wp.float64(5.0))
+EIGHT = wp.constant(wp.float64(8.0))
+NINE = wp.constant(wp.float64(9.0))
+TEN = wp.constant(wp.float64(10.0))
 ZERO = wp.constant(wp.float64(0.0))
 
 # of a symmetric 6x6: ``EVEN`` entries, then ``LEANING`` ones, then three that are not used and fill a vector register
@@ -53,9 +57,13 @@ class FloorAndSurface:
 
 @wp.struct
 class NearWalls:
-    """What walls add to the mobility at a place."""
+    """What walls add to the mobility around a place: to first order in how far from it the device is."""
 
+    height: wp.float64  # of the place, m
+    sine: wp.float64  # of the tilt there
     change: Change
+    by_height: Change  # its derivatives
+    by_sine: Change
 
 
 @wp.func
@@ -70,14 +78,28 @@ def cubic_weights(t: wp.float64) -> wp.vec4d:
 
 
 @wp.func
+def cubic_slopes(t: wp.float64) -> wp.vec4d:
+    """Derivatives of these weights."""
+    return wp.vec4d(
+        HALF * (-ONE + t * (FOUR - THREE * t)),
+        HALF * t * (-TEN + NINE * t),
+        HALF * (ONE + t * (EIGHT - NINE * t)),
+        HALF * t * (-TWO + THREE * t),
+    )
+
+
+@wp.func
 def place_on(value: wp.float64, low: wp.float64, density: wp.float64, nodes: int) -> wp.float64:
     """Where a value lies on evenly spaced nodes from ``low`` on, in nodes from the first; inside."""
     return wp.clamp((value - low) * density, ZERO, wp.float64(nodes - 1))
 
 
 @wp.func
-def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp.float64) -> Change:
-    """Change of mobility by a wall ``distance`` (m) from the origin, nose ``tilt`` (rad) away from it."""
+def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp.float64, cosine: wp.float64):
+    """Change of mobility by a wall ``distance`` (m) from the origin, nose ``tilt`` (rad) away from it.
+
+    With its derivatives by the distance and by the tilt's sine.
+    """
     gaps = grid.changes.shape[1] - 2
     tilts = grid.changes.shape[2] - 2
     side = 0
@@ -88,29 +110,55 @@ def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp
     at = place_on(tilt, first, grid.per_tilt[side], tilts)
     column = wp.min(int(at), tilts - 2)
     across = cubic_weights(at - wp.float64(column))
+    tilting = cubic_slopes(at - wp.float64(column)) * (grid.per_tilt[side] / cosine)
     reach = ZERO
+    reaching = ZERO
     for c in range(4):
         reach += across[c] * grid.reach[side, column + c]
-    gap = wp.max(distance - reach, grid.least)
+        reaching += tilting[c] * grid.reach[side, column + c]
+    gap = distance - reach
+    opening = ONE
+    if gap < grid.least:
+        gap = grid.least
+        opening = ZERO
     height = place_on(wp.log(gap), grid.low, grid.per_gap, gaps)
     row = wp.min(int(height), gaps - 2)
-    along = cubic_weights(height - wp.float64(row)) * (ONE / (gap + reach + grid.middle * sine))
+    inverse = ONE / (gap + reach + grid.middle * sine)
+    along = cubic_weights(height - wp.float64(row)) * inverse
+    rising = cubic_slopes(height - wp.float64(row)) * (inverse * opening * grid.per_gap / gap)
+    if height >= wp.float64(gaps - 1):
+        rising = wp.vec4d()
     total = Change()
+    by_gap = Change()
+    by_sine = Change()
     for r in range(4):
         for c in range(4):
-            total += (along[r] * across[c]) * grid.changes[side, row + r, column + c]
-    return total
+            node = grid.changes[side, row + r, column + c]
+            total += (along[r] * across[c]) * node
+            by_gap += (rising[r] * across[c]) * node
+            by_sine += (along[r] * tilting[c]) * node
+    by_sine -= reaching * by_gap + (inverse * (reaching * (ONE - opening) + grid.middle)) * total
+    return total, by_gap - (inverse * opening) * total, by_sine
 
 
 @wp.func
 def seen_walls(surroundings: FloorAndSurface, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
-    """What floor and surface together add to the mobility at a place: each as if the other were not there."""
+    """What floor and surface together add to the mobility around a place: each as if the other were not there."""
     sine = wp.clamp(rotation[2, 0], -ONE, ONE)
     tilt = wp.asin(sine)
+    cosine = wp.max(wp.sqrt(ONE - sine * sine), UPRIGHT)
     near = NearWalls()
+    near.height = position[2]
+    near.sine = sine
     for k in range(surroundings.grids.shape[0]):
         grid = surroundings.grids[k]
-        near.change += change_near(grid, grid.sense * (position[2] - grid.place), grid.sense * tilt, grid.sense * sine)
+        sense = grid.sense
+        change, by_distance, by_sine = change_near(
+            grid, sense * (position[2] - grid.place), sense * tilt, sense * sine, cosine
+        )
+        near.change += change
+        near.by_height += sense * by_distance
+        near.by_sine += sense * by_sine
     return near
 
 
@@ -150,5 +198,8 @@ def near_walls(
     body: Swimmer, here: NearWalls, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
 ) -> wp.spatial_vectord:
     """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, beside floor or surface."""
+    risen = position[2] - here.height
+    raised = rotation[2, 0] - here.sine
+    change = here.change + risen * here.by_height + raised * here.by_sine
     # symmetric: behind the vector its rows are read one by one
-    return load * (body.mobility + change_rolled(here.change, rotation[2, 2], rotation[2, 1]))
+    return load * (body.mobility + change_rolled(change, rotation[2, 2], rotation[2, 1]))
