@@ -121,6 +121,10 @@ def held_in(medium: Medium) -> Medium:
         return here
 
     @wp.func
+    def beyond(surroundings: Among) -> around_type:  # type: ignore[valid-type]
+        return surroundings.beyond
+
+    @wp.func
     def touched(here: Here, state: State, rates: State) -> int:
         return walls_touched(here.tank, state, rates)  # type: ignore[no-any-return]
 
@@ -132,4 +136,5 @@ def held_in(medium: Medium) -> Medium:
         walls.beyond = beyond  # what these point to must live as long as they do
         return walls
 
-    return Medium(_pushed(medium.response, Here), local_among, pack, touched)
+    respond = _pushed(medium.response, Here)
+    return Medium(respond, local_among, pack, touched, alike=medium.alike, clear=medium, beyond=beyond)

@@ -6,7 +6,7 @@ magnet. Where the drive yaws it must not travel sideways: no such frame exists t
 
 import warp as wp
 
-from helimag.physics.kinematics import ArmMotion, State, head_position, turn_z
+from helimag.physics.kinematics import ArmMotion, State, head_position, normalized, turn_z
 
 HALF = wp.constant(wp.float64(0.5))
 
@@ -26,6 +26,12 @@ def turned(state: State, angle: wp.float64) -> State:
         c * state[5] + s * state[4],
         c * state[6] + s * state[3],
     )
+
+
+@wp.func
+def gone_on(before: State, after: State, share: wp.float64) -> State:
+    """The state a share of a step on from ``after``, if it goes on as it went in that step: second order in it."""
+    return normalized(after + share * (after - before))
 
 
 @wp.func

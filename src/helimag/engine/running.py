@@ -218,7 +218,7 @@ def _jobs(
         for begin in range(0, len(places), size):
             part = places[begin : begin + size]
             batch = [scenarios[place] for place in part]
-            progress = started(batch, states[part])
+            progress = started(system, batch, states[part])
             known = [after[place] for place in part]
             for run, history in enumerate(known):
                 if history is not None:

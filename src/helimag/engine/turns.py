@@ -11,7 +11,7 @@ import warp as wp
 
 from helimag.engine import tableau
 from helimag.engine.methods import STAGES, Stages, weighted_sum
-from helimag.engine.moving import frame_rates
+from helimag.engine.moving import frame_rates, gone_on
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import System, build_balance, build_load
 from helimag.physics.balance import Swimmer, moment_of
@@ -168,13 +168,13 @@ def build_spun_step(system: System) -> wp.Function:
 @cache
 def build_part_turn(system: System) -> wp.Function:
     """Make the function that goes on from a node by an angle of the spin that is less than to the next."""
-    rates, step, here_type = build_moving_rates(system), build_spun_step(system), system.medium.here_type
-    stage_spins = build_stage_spins()
+    rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
+    around_type, local = system.medium.surroundings_type, system.medium.local
 
     @wp.func
     def part_turn(
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         spin_at_start: wp.vec2d,
@@ -190,9 +190,13 @@ def build_part_turn(system: System) -> wp.Function:
         so_far = sense * wp.float64(node) * PER_NODE
         spin = spin_ahead(spin_at_start, wp.cos(so_far), wp.sin(so_far))
         state = begin
+        middle = begin
         for _ in range(fine):
+            here = local(around, head_position(middle), rotation_matrix(middle))
             k0, lag = rates(body, here, drive, magnets, spin, state)
-            state = step(body, here, drive, magnets, spin, spins, h, state, k0)
+            new = step(body, here, drive, magnets, spin, spins, h, state, k0)
+            middle = gone_on(state, new, HALF)
+            state = new
             spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
         return state
 
@@ -215,13 +219,13 @@ def about_axis(old: State, new: State) -> wp.float64:
 @cache
 def build_turn(system: System) -> wp.Function:
     """Make the map over one turn of the magnet: what it does, and its shape at the nodes, its last row the end."""
-    rates, step, here_type = build_moving_rates(system), build_spun_step(system), system.medium.here_type
-    stage_spins = build_stage_spins()
+    rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
+    around_type, local = system.medium.surroundings_type, system.medium.local
 
     @wp.func
     def turn(
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
@@ -238,12 +242,16 @@ def build_turn(system: System) -> wp.Function:
         shape = Shape()
         result = Turn()
         result.cosine = ONE
+        here = local(around, head_position(state), rotation_matrix(state))
         k0, lag = rates(body, here, drive, magnets, spin, state)
         roll = wp.float64(1.0)
         nodes = int(NODES)  # not unrolled: a step is much code
         for node in range(nodes):
             for _ in range(fine):
-                state = step(body, here, drive, magnets, spin, spins, h, state, k0)
+                new = step(body, here, drive, magnets, spin, spins, h, state, k0)
+                middle = gone_on(state, new, HALF)
+                here = local(around, head_position(middle), rotation_matrix(middle))
+                state = new
                 spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
                 k0, lag = rates(body, here, drive, magnets, spin, state)
                 result.cosine = wp.min(result.cosine, lag[0] / wp.max(wp.length(lag), TINY))

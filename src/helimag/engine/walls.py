@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from helimag.engine.medium import Medium
+from helimag.engine.medium import Alike, Medium
 from helimag.engine.patience import announced
 from helimag.hydrodynamics import resistance
 from helimag.hydrodynamics.boundary import mobility_changes, wall_table
@@ -70,4 +70,4 @@ def _table(body: Device, fluid: Fluid, kind: Any, device: str) -> dict[str, Any]
     }
 
 
-NEAR_WALLS = Medium(near_walls, seen_walls, pack_walls)
+NEAR_WALLS = Medium(near_walls, seen_walls, pack_walls, alike=Alike.SIDEWAYS)
