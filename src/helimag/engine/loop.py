@@ -92,7 +92,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         # surroundings as half way through the next step, if that goes on as this one went: second order in the step;
         # not asked for the step's length that follows from the error, so that a processor can do both at a time
         share = HALF * wp.min(step, control.longest) / dt
-        following_middle = gone_on(state, new, share)
+        following_middle = gone_on(state, dt * k0, new, share)
         there = local(surroundings, head_position(following_middle), rotation_matrix(following_middle))
         following = wp.min(rescaled(dt, error), growth * step)
         field, force = load(magnets, pose, head_position(new), moment_of(body, new))

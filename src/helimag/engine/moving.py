@@ -8,6 +8,7 @@ import warp as wp
 
 from helimag.physics.kinematics import ArmMotion, State, head_position, normalized, turn_z
 
+ONE = wp.constant(wp.float64(1.0))
 HALF = wp.constant(wp.float64(0.5))
 
 
@@ -29,9 +30,13 @@ def turned(state: State, angle: wp.float64) -> State:
 
 
 @wp.func
-def gone_on(before: State, after: State, share: wp.float64) -> State:
-    """The state a share of a step on from ``after``, if it goes on as it went in that step: second order in it."""
-    return normalized(after + share * (after - before))
+def gone_on(before: State, way: State, after: State, share: wp.float64) -> State:
+    """The state a share of a step on from ``after``, by the parabola from ``before``.
+
+    ``way`` is how far the rates there would have led in that step.
+    """
+    reached = ONE + share
+    return normalized(before + reached * way + reached * reached * (after - before - way))
 
 
 @wp.func

@@ -195,7 +195,7 @@ def build_part_turn(system: System) -> wp.Function:
             here = local(around, head_position(middle), rotation_matrix(middle))
             k0, lag = rates(body, here, drive, magnets, spin, state)
             new = step(body, here, drive, magnets, spin, spins, h, state, k0)
-            middle = gone_on(state, new, HALF)
+            middle = gone_on(state, h * k0, new, HALF)
             state = new
             spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
         return state
@@ -220,7 +220,7 @@ def about_axis(old: State, new: State) -> wp.float64:
 def build_turn(system: System) -> wp.Function:
     """Make the map over one turn of the magnet: what it does, and its shape at the nodes, its last row the end."""
     rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
-    around_type, local = system.medium.surroundings_type, system.medium.local
+    around_type, here_type, local = system.medium.surroundings_type, system.medium.here_type, system.medium.local
 
     @wp.func
     def turn(
@@ -242,14 +242,21 @@ def build_turn(system: System) -> wp.Function:
         shape = Shape()
         result = Turn()
         result.cosine = ONE
-        here = local(around, head_position(state), rotation_matrix(state))
-        k0, lag = rates(body, here, drive, magnets, spin, state)
+        here = here_type()
+        k0 = State()
+        middle = state
+        lag = wp.vec2d()
+        looks = int(2)  # nothing tells where the first step goes before it has been looked at from where it begins
+        for _ in range(looks):
+            here = local(around, head_position(middle), rotation_matrix(middle))
+            k0, lag = rates(body, here, drive, magnets, spin, state)
+            middle = normalized(state + HALF * h * k0)
         roll = wp.float64(1.0)
         nodes = int(NODES)  # not unrolled: a step is much code
         for node in range(nodes):
             for _ in range(fine):
                 new = step(body, here, drive, magnets, spin, spins, h, state, k0)
-                middle = gone_on(state, new, HALF)
+                middle = gone_on(state, h * k0, new, HALF)
                 here = local(around, head_position(middle), rotation_matrix(middle))
                 state = new
                 spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])

@@ -18,10 +18,8 @@ TWO = wp.constant(wp.float64(2.0))
 UPRIGHT = wp.constant(wp.float64(0.1))  # least cosine of the tilt by which derivatives are divided: it only blunts them
 THREE = wp.constant(wp.float64(3.0))
 FOUR = wp.constant(wp.float64(4.0))
-FIVE = wp.constant(wp.float64(5.0))
-EIGHT = wp.constant(wp.float64(8.0))
-NINE = wp.constant(wp.float64(9.0))
-TEN = wp.constant(wp.float64(10.0))
+SIX = wp.constant(wp.float64(6.0))
+SIXTH = wp.constant(wp.float64(1.0 / 6.0))
 ZERO = wp.constant(wp.float64(0.0))
 
 # of a symmetric 6x6: ``EVEN`` entries, then ``LEANING`` ones, then three that are not used and fill a vector register
@@ -68,24 +66,21 @@ class NearWalls:
 
 @wp.func
 def cubic_weights(t: wp.float64) -> wp.vec4d:
-    """Weights of four evenly spaced nodes between the second and third of them: Catmull and Rom's cubic."""
-    return wp.vec4d(
-        HALF * t * (-ONE + t * (TWO - t)),
-        ONE + HALF * t * t * (-FIVE + THREE * t),
-        HALF * t * (ONE + t * (FOUR - THREE * t)),
-        HALF * t * t * (t - ONE),
+    """Weights of four evenly spaced coefficients between the second and third of them: uniform cubic B-splines."""
+    u = ONE - t
+    return SIXTH * wp.vec4d(
+        u * u * u,
+        FOUR + t * t * (THREE * t - SIX),
+        FOUR + u * u * (THREE * u - SIX),
+        t * t * t,
     )
 
 
 @wp.func
 def cubic_slopes(t: wp.float64) -> wp.vec4d:
     """Derivatives of these weights."""
-    return wp.vec4d(
-        HALF * (-ONE + t * (FOUR - THREE * t)),
-        HALF * t * (-TEN + NINE * t),
-        HALF * (ONE + t * (EIGHT - NINE * t)),
-        HALF * t * (-TWO + THREE * t),
-    )
+    u = ONE - t
+    return HALF * wp.vec4d(-u * u, t * (THREE * t - FOUR), -u * (THREE * u - FOUR), t * t)
 
 
 @wp.func
@@ -131,7 +126,8 @@ def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp
     total = Change()
     by_gap = Change()
     by_sine = Change()
-    for r in range(4):
+    four = wp.int32(4)  # a loop over a variable is not unrolled, and compiles sooner
+    for r in range(four):
         for c in range(4):
             node = grid.changes[side, row + r, column + c]
             total += (along[r] * across[c]) * node
