@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from helimag.engine import DOP853, History, advance
 from helimag.engine.walls import NEAR_WALLS
 from helimag.outcomes import End
+from helimag.physics.balance import SHEETS, Sheet
 from helimag.physics.walls import FloorAndSurface, seen_walls
 from helimag.scenario import Scenario, load
 
@@ -89,7 +90,8 @@ def looked_up(
 ):
     """One entry of what walls add, so that none of the work is left out."""
     i = wp.tid()
-    some[i] = seen_walls(surroundings[0], positions[i], rotations[i]).change[i % 21]
+    sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+    some[i] = seen_walls(surroundings[0], positions[i], rotations[i], sheets).changes[i % 3][i % 21]
 
 
 def look_up_cost() -> str:

@@ -17,7 +17,7 @@ from helimag.geometry import body_rotations
 from helimag.orbits import explain
 from helimag.orbits.strobe import Problem, open_water
 from helimag.outcomes import End, Future, Limit, Reason, Verdict
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import SHEETS, Sheet, Swimmer
 from helimag.physics.contact import Six, SixBySix, least_pushes
 from helimag.physics.kinematics import State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
@@ -90,7 +90,8 @@ def response_kernel(system):
     ):
         i = wp.tid()
         place, rotation = head_position(states[i]), rotation_matrix(states[i])
-        motions[i] = response(body[0], local(around[0], place, rotation), place, rotation, loads[i])
+        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+        motions[i] = response(body[0], local(around[0], place, rotation, sheets), place, rotation, loads[i])
 
     return respond
 

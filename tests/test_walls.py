@@ -16,7 +16,7 @@ from helimag.hydrodynamics.boundary import Plane
 from helimag.hydrodynamics.boundary.surfaces import head_surface
 from helimag.hydrodynamics.boundary.tables import make_table
 from helimag.outcomes import End
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import SHEETS, Sheet, Swimmer
 from helimag.physics.kinematics import State, head_position, rotation_matrix
 from helimag.physics.walls import FloorAndSurface, near_walls, seen_walls
 
@@ -71,7 +71,8 @@ def respond(
 ):
     i = wp.tid()
     rotation = rotation_matrix(states[i])
-    here = seen_walls(around[0], head_position(states[i]), rotation)
+    sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+    here = seen_walls(around[0], head_position(states[i]), rotation, sheets)
     motions[i] = near_walls(body[0], here, head_position(states[i]), rotation, loads[i])
 
 

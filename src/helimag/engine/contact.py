@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from helimag.engine.medium import Medium
 from helimag.engine.structures import structs
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import Sheet, Swimmer
 from helimag.physics.contact import (
     Six,
     SixBySix,
@@ -114,9 +114,14 @@ def held_in(medium: Medium) -> Medium:
         tank: Tank
 
     @wp.func
-    def local_among(surroundings: Among, position: wp.vec3d, rotation: wp.mat33d) -> Here:
+    def local_among(
+        surroundings: Among,
+        position: wp.vec3d,
+        rotation: wp.mat33d,
+        sheets: wp.array(dtype=Sheet),  # type: ignore[valid-type]
+    ) -> Here:
         here = Here()
-        here.beyond = local(surroundings.beyond, position, rotation)
+        here.beyond = local(surroundings.beyond, position, rotation, sheets)
         here.tank = surroundings.tank
         return here
 

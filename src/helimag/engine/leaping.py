@@ -28,7 +28,7 @@ from helimag.engine.samples import Record, Schedule
 from helimag.engine.system import System
 from helimag.engine.turn_memory import Memory, Square, slot_of, with_roll
 from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Turn, steps_between_nodes
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import Sheet, Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
@@ -38,7 +38,7 @@ SAFETY = wp.constant(wp.float64(0.85))
 GROWTH = wp.constant(wp.float64(1.5))
 SHRINK = wp.constant(wp.float64(0.2))
 LEAST_ERROR = wp.constant(wp.float64(1e-8))
-MISSED = wp.constant(wp.float64(0.05))  # of the tolerance, for what steps of a turn may miss: it changes unseen
+MISSED = wp.constant(wp.float64(0.1))  # of the tolerance, for what steps of a turn may miss: it changes unseen
 OLD = wp.constant(30)  # leaps after which the Jacobian is worked out again
 MOST_TURNS = wp.constant(100)  # of a leap
 FIRST_LOOK = wp.constant(0)  # turn of a leap after which room is looked at
@@ -333,6 +333,7 @@ def build_leapt(system: System) -> wp.Function:
         turn: Turn,
         body: Swimmer,
         around: around_type,
+        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         schedule: Schedule,
@@ -346,7 +347,7 @@ def build_leapt(system: System) -> wp.Function:
         first = before.leap.pushes - known
         y = memory.places[run, slot_of(before.leap.pushes - 1)]
         curve = curve_through(memory, run, before.leap.reference, before.leap.miss, first, known + 1)
-        p = filled(body, around, drive, magnets, schedule, memory, run, first, curve, y, before, records)
+        p = filled(body, around, sheets, drive, magnets, schedule, memory, run, first, curve, y, before, records)
         p.leap.number = p.leap.aim_number
         p.leap.pushes += 1
         p.leap.known += 1
@@ -388,6 +389,7 @@ def build_tried(system: System) -> wp.Function:
     def tried(
         body: Swimmer,
         around: around_type,
+        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         control: Control,
@@ -424,7 +426,7 @@ def build_tried(system: System) -> wp.Function:
             fine *= 2
         angle = drive.spin_rate * p.leap.origin
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        turn, roll = follow(body, around, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
+        turn, roll = follow(body, around, sheets, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
         p.leap.followed += wp.int64(1)
         if not rolls_along(turn, roll, p.leap):
             turn.cosine = -ONE
@@ -435,7 +437,7 @@ def build_tried(system: System) -> wp.Function:
         elif p.leap.stage == GUESSING:
             p = guess_followed(turn, drive, magnets, control, bounds, memory, run, period, p)
         elif turn.cosine > IN_STEP:
-            p = leapt(turn, body, around, drive, magnets, schedule, memory, run, p, records)
+            p = leapt(turn, body, around, sheets, drive, magnets, schedule, memory, run, p, records)
         else:
             p = given_up(p, RETRY, period)
         return p

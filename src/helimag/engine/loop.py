@@ -29,7 +29,7 @@ from helimag.engine.touches import touches_with
 from helimag.engine.turn_memory import Memory
 from helimag.engine.turns import NODES
 from helimag.outcomes import End
-from helimag.physics.balance import Swimmer, moment_of
+from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
 from helimag.physics.kinematics import State, attack_angle, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
 
@@ -59,6 +59,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
     def attempt(
         body: Swimmer,
         surroundings: surroundings_type,
+        sheets: wp.array(dtype=Sheet),
         here: here_type,
         drive: drive_type,
         magnets: wp.array(dtype=FieldSource),
@@ -93,7 +94,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         # not asked for the step's length that follows from the error, so that a processor can do both at a time
         share = HALF * wp.min(step, control.longest) / dt
         following_middle = gone_on(state, dt * k0, new, share)
-        there = local(surroundings, head_position(following_middle), rotation_matrix(following_middle))
+        there = local(surroundings, head_position(following_middle), rotation_matrix(following_middle), sheets)
         following = wp.min(rescaled(dt, error), growth * step)
         field, force = load(magnets, pose, head_position(new), moment_of(body, new))
         rates = balance(body, there, new, force, field)
@@ -162,23 +163,49 @@ def _advance(system: System, method: Method) -> wp.Kernel:
         p = progress[run]
         body, around, drive = bodies[run], surroundings[run], drives[run]
         control, bound, schedule = controls[run], bounds[run], schedules[run]
-        here = local(around, head_position(p.middle), rotation_matrix(p.middle))
+        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+        here = local(around, head_position(p.middle), rotation_matrix(p.middle), sheets)
         k0 = rates(body, here, drive, magnets[run], p.time, p.state)
         p.statistics = begun(p.statistics, p.sample, p.time, p.state)
         left = int(budget)
         while left > 0 and p.status == RUNNING:
             if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
                 if p.time >= p.leap.ready:
-                    open_sides = beyond(around)
-                    p = tried(body, open_sides, drive, magnets[run], control, bound, schedule, memory, run, p, records)
+                    p = tried(
+                        body,
+                        beyond(around),
+                        sheets,
+                        drive,
+                        magnets[run],
+                        control,
+                        bound,
+                        schedule,
+                        memory,
+                        run,
+                        p,
+                        records,
+                    )
                     p.middle = p.state
-                    here = local(around, head_position(p.middle), rotation_matrix(p.middle))
+                    here = local(around, head_position(p.middle), rotation_matrix(p.middle), sheets)
                     k0 = rates(body, here, drive, magnets[run], p.time, p.state)
                     left -= NODES
             end = sample_time(schedule, p.sample)
             if p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
                 outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
-                    body, around, here, drive, magnets[run], control, bound, end, p.time, p.step, p.state, p.middle, k0
+                    body,
+                    around,
+                    sheets,
+                    here,
+                    drive,
+                    magnets[run],
+                    control,
+                    bound,
+                    end,
+                    p.time,
+                    p.step,
+                    p.state,
+                    p.middle,
+                    k0,
                 )
                 p.step = step
                 p.middle = middle

@@ -14,7 +14,7 @@ from helimag.engine.methods import STAGES, Stages, weighted_sum
 from helimag.engine.moving import frame_rates, gone_on
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import System, build_balance, build_load
-from helimag.physics.balance import Swimmer, moment_of
+from helimag.physics.balance import Sheet, Swimmer, moment_of
 from helimag.physics.kinematics import (
     ArmMotion,
     RpmPose,
@@ -175,6 +175,7 @@ def build_part_turn(system: System) -> wp.Function:
     def part_turn(
         body: Swimmer,
         around: around_type,
+        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         spin_at_start: wp.vec2d,
@@ -192,7 +193,7 @@ def build_part_turn(system: System) -> wp.Function:
         state = begin
         middle = begin
         for _ in range(fine):
-            here = local(around, head_position(middle), rotation_matrix(middle))
+            here = local(around, head_position(middle), rotation_matrix(middle), sheets)
             k0, lag = rates(body, here, drive, magnets, spin, state)
             new = step(body, here, drive, magnets, spin, spins, h, state, k0)
             middle = gone_on(state, h * k0, new, HALF)
@@ -226,6 +227,7 @@ def build_turn(system: System) -> wp.Function:
     def turn(
         body: Swimmer,
         around: around_type,
+        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
@@ -246,9 +248,9 @@ def build_turn(system: System) -> wp.Function:
         k0 = State()
         middle = state
         lag = wp.vec2d()
-        looks = int(2)  # nothing tells where the first step goes before it has been looked at from where it begins
+        looks = 2  # nothing tells where the first step goes before it has been looked at from where it begins
         for _ in range(looks):
-            here = local(around, head_position(middle), rotation_matrix(middle))
+            here = local(around, head_position(middle), rotation_matrix(middle), sheets)
             k0, lag = rates(body, here, drive, magnets, spin, state)
             middle = normalized(state + HALF * h * k0)
         roll = wp.float64(1.0)
@@ -257,7 +259,7 @@ def build_turn(system: System) -> wp.Function:
             for _ in range(fine):
                 new = step(body, here, drive, magnets, spin, spins, h, state, k0)
                 middle = gone_on(state, h * k0, new, HALF)
-                here = local(around, head_position(middle), rotation_matrix(middle))
+                here = local(around, head_position(middle), rotation_matrix(middle), sheets)
                 state = new
                 spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
                 k0, lag = rates(body, here, drive, magnets, spin, state)

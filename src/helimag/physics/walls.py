@@ -10,7 +10,7 @@ rotation as they stand, puts these in again: no root, no division, and nothing t
 
 import warp as wp
 
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import Sheet, Swimmer
 
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
@@ -23,7 +23,7 @@ SIXTH = wp.constant(wp.float64(1.0 / 6.0))
 ZERO = wp.constant(wp.float64(0.0))
 
 # of a symmetric 6x6: ``EVEN`` entries, then ``LEANING`` ones, then three that are not used and fill a vector register
-Change = wp.types.vector(length=24, dtype=wp.float64)
+Change = Sheet
 EVEN = ((0, 0), (0, 3), (1, 1), (1, 4), (1, 5), (3, 3), (4, 4))
 LEANING = ((0, 1), (0, 2), (0, 4), (0, 5), (1, 3), (2, 3), (3, 4), (3, 5))  # between the long axis and across
 LEANING += ((1, 1), (1, 2), (1, 4), (1, 5), (4, 4), (4, 5))  # across alone, where blocks are symmetric, without trace
@@ -59,9 +59,7 @@ class NearWalls:
 
     height: wp.float64  # of the place, m
     sine: wp.float64  # of the tilt there
-    change: Change
-    by_height: Change  # its derivatives
-    by_sine: Change
+    changes: wp.array(dtype=Change)  # there, and its derivatives by height and sine
 
 
 @wp.func
@@ -138,23 +136,32 @@ def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp
 
 
 @wp.func
-def seen_walls(surroundings: FloorAndSurface, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
+def seen_walls(
+    surroundings: FloorAndSurface, position: wp.vec3d, rotation: wp.mat33d, sheets: wp.array(dtype=Sheet)
+) -> NearWalls:
     """What floor and surface together add to the mobility around a place: each as if the other were not there."""
     sine = wp.clamp(rotation[2, 0], -ONE, ONE)
     tilt = wp.asin(sine)
     cosine = wp.max(wp.sqrt(ONE - sine * sine), UPRIGHT)
-    near = NearWalls()
-    near.height = position[2]
-    near.sine = sine
+    change = Change()
+    by_height = Change()
+    by_sine = Change()
     for k in range(surroundings.grids.shape[0]):
         grid = surroundings.grids[k]
         sense = grid.sense
-        change, by_distance, by_sine = change_near(
+        alone, by_distance, by_its_sine = change_near(
             grid, sense * (position[2] - grid.place), sense * tilt, sense * sine, cosine
         )
-        near.change += change
-        near.by_height += sense * by_distance
-        near.by_sine += sense * by_sine
+        change += alone
+        by_height += sense * by_distance
+        by_sine += sense * by_its_sine
+    sheets[0] = change
+    sheets[1] = by_height
+    sheets[2] = by_sine
+    near = NearWalls()
+    near.height = position[2]
+    near.sine = sine
+    near.changes = sheets
     return near
 
 
@@ -196,6 +203,6 @@ def near_walls(
     """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, beside floor or surface."""
     risen = position[2] - here.height
     raised = rotation[2, 0] - here.sine
-    change = here.change + risen * here.by_height + raised * here.by_sine
+    change = here.changes[0] + risen * here.changes[1] + raised * here.changes[2]
     # symmetric: behind the vector its rows are read one by one
     return load * (body.mobility + change_rolled(change, rotation[2, 2], rotation[2, 1]))
