@@ -22,7 +22,7 @@ from helimag.engine.turn_memory import (
     with_roll,
 )
 from helimag.engine.turns import NODES, build_part_turn
-from helimag.physics.balance import Sheet, Swimmer
+from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, attack_angle
 from helimag.physics.magnetics import FieldSource
 
@@ -41,7 +41,6 @@ def build_state_between(system: System) -> wp.Function:
     def state_between(
         body: Swimmer,
         around: around_type,
-        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         memory: Memory,
@@ -61,7 +60,7 @@ def build_state_between(system: System) -> wp.Function:
             state = with_roll(node_between(memory, run, first, count, weights, node, begin, end), p.leap.roll * share)
         angle = drive.spin_rate * p.leap.origin
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        return part_turn(body, around, sheets, drive, magnets, spin, node, p.leap.fine, TWO_PI * (phase - share), state)
+        return part_turn(body, around, drive, magnets, spin, node, p.leap.fine, TWO_PI * (phase - share), state)
 
     return state_between
 
@@ -75,7 +74,6 @@ def build_turn_filled(system: System) -> wp.Function:
     def turn_filled(
         body: Swimmer,
         around: around_type,
-        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         schedule: Schedule,
@@ -105,7 +103,7 @@ def build_turn_filled(system: System) -> wp.Function:
             while due <= t and p.sample < records.shape[1]:
                 phase = (due - start) / period
                 moving = state_between(
-                    body, around, sheets, drive, magnets, memory, run, first, count, weights, p, phase, begin, end
+                    body, around, drive, magnets, memory, run, first, count, weights, p, phase, begin, end
                 )
                 state = to_lab(drive, due, with_roll(moving, p.leap.roll * number))
                 p.statistics = statistics_with(p.statistics, due - last, state[2], attack_angle(state))
@@ -136,7 +134,6 @@ def build_filled(system: System) -> wp.Function:
     def filled(
         body: Swimmer,
         around: around_type,
-        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         schedule: Schedule,
@@ -161,7 +158,6 @@ def build_filled(system: System) -> wp.Function:
             p = turn_filled(
                 body,
                 around,
-                sheets,
                 drive,
                 magnets,
                 schedule,

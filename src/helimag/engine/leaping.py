@@ -28,7 +28,7 @@ from helimag.engine.samples import Record, Schedule
 from helimag.engine.system import System
 from helimag.engine.turn_memory import Memory, Square, slot_of, with_roll
 from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Turn, steps_between_nodes
-from helimag.physics.balance import Sheet, Swimmer
+from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
@@ -333,7 +333,6 @@ def build_leapt(system: System) -> wp.Function:
         turn: Turn,
         body: Swimmer,
         around: around_type,
-        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         schedule: Schedule,
@@ -347,7 +346,7 @@ def build_leapt(system: System) -> wp.Function:
         first = before.leap.pushes - known
         y = memory.places[run, slot_of(before.leap.pushes - 1)]
         curve = curve_through(memory, run, before.leap.reference, before.leap.miss, first, known + 1)
-        p = filled(body, around, sheets, drive, magnets, schedule, memory, run, first, curve, y, before, records)
+        p = filled(body, around, drive, magnets, schedule, memory, run, first, curve, y, before, records)
         p.leap.number = p.leap.aim_number
         p.leap.pushes += 1
         p.leap.known += 1
@@ -389,7 +388,6 @@ def build_tried(system: System) -> wp.Function:
     def tried(
         body: Swimmer,
         around: around_type,
-        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         control: Control,
@@ -426,7 +424,7 @@ def build_tried(system: System) -> wp.Function:
             fine *= 2
         angle = drive.spin_rate * p.leap.origin
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        turn, roll = follow(body, around, sheets, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
+        turn, roll = follow(body, around, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
         p.leap.followed += wp.int64(1)
         if not rolls_along(turn, roll, p.leap):
             turn.cosine = -ONE
@@ -437,7 +435,7 @@ def build_tried(system: System) -> wp.Function:
         elif p.leap.stage == GUESSING:
             p = guess_followed(turn, drive, magnets, control, bounds, memory, run, period, p)
         elif turn.cosine > IN_STEP:
-            p = leapt(turn, body, around, sheets, drive, magnets, schedule, memory, run, p, records)
+            p = leapt(turn, body, around, drive, magnets, schedule, memory, run, p, records)
         else:
             p = given_up(p, RETRY, period)
         return p

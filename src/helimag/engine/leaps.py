@@ -20,7 +20,7 @@ from helimag.engine.progress import Leap
 from helimag.engine.system import System
 from helimag.engine.turn_memory import SLOTS, Memory, Square, Weights, slot_of, store_shape
 from helimag.engine.turns import build_turn
-from helimag.physics.balance import Sheet, Swimmer
+from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized
 from helimag.physics.magnetics import FieldSource
 
@@ -139,7 +139,6 @@ def build_follow(system: System) -> wp.Function:
     def follow(
         body: Swimmer,
         around: around_type,
-        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
@@ -149,7 +148,7 @@ def build_follow(system: System) -> wp.Function:
         leap: Leap,
         fine: int,
     ):
-        result, shape, roll = turn(body, around, sheets, drive, magnets, tail, spin, fine, leap.aim)
+        result, shape, roll = turn(body, around, drive, magnets, tail, spin, fine, leap.aim)
         slot = slot_of(leap.pushes)
         memory.numbers[run, slot] = leap.aim_number
         memory.places[run, slot] = leap.aim

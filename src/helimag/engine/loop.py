@@ -174,7 +174,6 @@ def _advance(system: System, method: Method) -> wp.Kernel:
                     p = tried(
                         body,
                         beyond(around),
-                        sheets,
                         drive,
                         magnets[run],
                         control,

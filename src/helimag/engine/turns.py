@@ -14,7 +14,7 @@ from helimag.engine.methods import STAGES, Stages, weighted_sum
 from helimag.engine.moving import frame_rates, gone_on
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import System, build_balance, build_load
-from helimag.physics.balance import Sheet, Swimmer, moment_of
+from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
 from helimag.physics.kinematics import (
     ArmMotion,
     RpmPose,
@@ -175,7 +175,6 @@ def build_part_turn(system: System) -> wp.Function:
     def part_turn(
         body: Swimmer,
         around: around_type,
-        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         spin_at_start: wp.vec2d,
@@ -190,6 +189,7 @@ def build_part_turn(system: System) -> wp.Function:
         spins = stage_spins(sense * part)
         so_far = sense * wp.float64(node) * PER_NODE
         spin = spin_ahead(spin_at_start, wp.cos(so_far), wp.sin(so_far))
+        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         state = begin
         middle = begin
         for _ in range(fine):
@@ -227,7 +227,6 @@ def build_turn(system: System) -> wp.Function:
     def turn(
         body: Swimmer,
         around: around_type,
-        sheets: wp.array(dtype=Sheet),
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
@@ -244,6 +243,7 @@ def build_turn(system: System) -> wp.Function:
         shape = Shape()
         result = Turn()
         result.cosine = ONE
+        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         here = here_type()
         k0 = State()
         middle = state
