@@ -113,7 +113,7 @@ def build_turn_filled(system: System) -> wp.Function:
                 p.sample += 1
                 last = due
                 due = sample_time(schedule, p.sample)
-            height = begin[2] + share * (end[2] - begin[2]) + heights[i]
+            height = t * drive.velocity[2] + begin[2] + share * (end[2] - begin[2]) + heights[i]
             p.statistics.low = wp.min(p.statistics.low, height)
             p.statistics.high = wp.max(p.statistics.high, height)
             if (i + 1) % FINE == 0:

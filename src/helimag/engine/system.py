@@ -59,10 +59,15 @@ def leaps_hold(system: System) -> bool:
     return system.pose is rpm_pose and system.medium.alike is not Alike.NOWHERE
 
 
+def uniform(system: System) -> bool:
+    """Whether the medium answers alike everywhere, as long as no wall holds the device."""
+    return clear_of_walls(system).medium.alike is Alike.EVERYWHERE
+
+
 def frame_moves(system: System, drive: Drive) -> bool:
     """Whether a frame moves with the drive in which all that acts on the device repeats itself turn by turn."""
     sideways = any(drive.velocity[:2])
-    leaves = drive.velocity[2] != 0.0 and system.medium.alike is not Alike.EVERYWHERE
+    leaves = drive.velocity[2] != 0.0 and not uniform(system)
     return leaps_hold(system) and not leaves and not (drive.yaw_rate != 0.0 and sideways)
 
 
