@@ -11,7 +11,8 @@ from scipy.optimize import nnls
 
 import helimag as hm
 import oracles
-from helimag.engine import DOP853, advance, system_of
+from helimag.engine import advance, batch, system_of
+from helimag.engine.events import pack_bounds
 from helimag.engine.packing import pack_bodies
 from helimag.geometry import body_rotations
 from helimag.orbits import explain
@@ -283,7 +284,8 @@ def test_smaller_steps_converge():
 def test_a_run_that_touches_nothing_is_the_same_to_the_last_bit():
     stops = hm.load("nose-first/table1-row1").replaced({"run.duration": "30 s"})
     holds = stops.replaced({"workspace.contact": "hold"})
-    (stopping,), (holding,) = advance([stops], method=DOP853), advance([holds])
+    (stopping,), (holding,) = advance([stops]), advance([holds])
+    assert holding.leapt > 0.9
     assert np.array_equal(stopping.states, holding.states)
     assert stopping.steps == holding.steps
     assert not holding.touches
@@ -315,6 +317,30 @@ def judged(*touches, end=End.HORIZON):
             touches=touches,
         )
     )
+
+
+def test_a_device_that_comes_to_rest_leaps_until_it_is_near_the_floor(monkeypatch):
+    """Beside the same kernel where it never leaps; the first contact is one of steps."""
+    run = hm.load("nose-first/table1-row5").replaced({"run.duration": "110 s", "workspace.contact": "hold"})
+    (leaping,) = advance([run])
+    monkeypatch.setattr(batch, "first_leap", lambda *_: math.inf)
+    (exact,) = advance([run], tolerance=1e-11)
+    assert leaping.leapt > 0.5
+    assert exact.leapt == 0.0
+    ours, theirs = leaping.touches[0], exact.touches[0]
+    assert ours.count == theirs.count
+    assert ours.first == pytest.approx(theirs.first, abs=1e-3)
+    assert ours.total == pytest.approx(theirs.total, abs=1e-2)
+    np.testing.assert_array_equal(leaping.records["walls"] > 0, exact.records["walls"] > 0)
+    assert np.linalg.norm(leaping.states[:, :3] - exact.states[:, :3], axis=1).max() < 1e-6
+
+
+def test_a_surface_that_pulls_is_kept_clear_of():
+    """Its pull begins before it touches; leaps take it for not there."""
+    run = hm.load("nose-first/table1-row1").replaced({"workspace.contact": "hold", "workspace.surface_pull": 1e-5})
+    reach = 0.1 * max(run.device.head_radius, run.device.tail_radius)
+    assert pack_bounds([run])["pull_reach"] == pytest.approx(reach)
+    assert pack_bounds([run.replaced({"workspace.surface_pull": None})])["pull_reach"] == 0.0
 
 
 def test_a_run_is_wall_limited_where_a_wall_holds_it_in_its_second_half():
