@@ -147,8 +147,8 @@ def test_what_walls_add_is_followed_to_first_order():
 
 def swimming(**changes):
     """A rod that rolls with a magnet above it, between floor and surface."""
-    run = scenario(ROD, weight=2e-5, floor=-0.02, surface=0.02)
-    turned = {"device.magnetic_moment": 2e-4, "drive.distance": 0.15, "run.duration": 40.0, "run.interval": 0.25}
+    run = scenario(ROD, weight=1e-5, floor=-0.02, surface=0.02)
+    turned = {"device.magnetic_moment": 6e-4, "drive.distance": 0.17, "run.duration": 40.0, "run.interval": 0.25}
     return run.replaced(turned | changes)
 
 
@@ -267,6 +267,8 @@ def test_coefficients_are_those_of_a_spline_through_the_values():
 @pytest.mark.parametrize("t", [0.0, 0.3, 0.9])
 def test_weights_are_b_splines(t):
     pieces = [BSpline(np.arange(-3.0, 5.0), np.eye(4)[i], 3) for i in range(4)]
-    np.testing.assert_allclose(np.array(cubic_weights(wp.float64(t))), [piece(t) for piece in pieces], rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(
+        np.array(cubic_weights(wp.float64(t))), [piece(t) for piece in pieces], rtol=0.0, atol=1e-15
+    )
     slopes = [piece(t, nu=1) for piece in pieces]
     np.testing.assert_allclose(np.array(cubic_slopes(wp.float64(t))), slopes, rtol=0.0, atol=1e-15)
