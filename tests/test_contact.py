@@ -329,8 +329,8 @@ def test_a_device_that_comes_to_rest_leaps_until_it_is_near_the_floor(monkeypatc
     assert exact.leapt == 0.0
     ours, theirs = leaping.touches[0], exact.touches[0]
     assert ours.count == theirs.count
-    assert ours.first == pytest.approx(theirs.first, abs=1e-3)
-    assert ours.total == pytest.approx(theirs.total, abs=1e-2)
+    assert ours.first == pytest.approx(theirs.first, abs=0.02)  # found at ends of steps
+    assert ours.total == pytest.approx(theirs.total, abs=0.02)
     np.testing.assert_array_equal(leaping.records["walls"] > 0, exact.records["walls"] > 0)
     assert np.linalg.norm(leaping.states[:, :3] - exact.states[:, :3], axis=1).max() < 1e-6
 

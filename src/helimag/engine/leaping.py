@@ -355,6 +355,7 @@ def build_leapt(system: System) -> wp.Function:
         p.leap.stride = stride_after(p.leap.turns_aimed, p.leap.error, known + 1)
         p.time = p.leap.origin + p.leap.number * period
         p.state = to_lab(drive, p.time, with_roll(p.leap.aim, p.leap.roll * p.leap.number))
+        p.middle = p.state
         p.synchrony.lag = turn.lag
         if turn.lag[0] > ZERO:
             p.synchrony.locked = 1

@@ -103,6 +103,27 @@ def build_attempt(system: System, method: Method) -> wp.Function:
     return attempt
 
 
+@cache
+def build_looked(system: System) -> wp.Function:
+    """Make the function that looks around where a run stands: surroundings of its next step, and rates."""
+    drive_type, around_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
+    rates = build_rates(system)
+
+    @wp.func
+    def looked(
+        body: Swimmer,
+        around: around_type,
+        sheets: wp.array(dtype=Sheet),
+        drive: drive_type,
+        magnets: wp.array(dtype=FieldSource),
+        p: Progress,
+    ):
+        here = local(around, head_position(p.middle), rotation_matrix(p.middle), sheets)
+        return here, rates(body, here, drive, magnets, p.time, p.state)
+
+    return looked
+
+
 @wp.func
 def begun(before: Statistics, sample: int, t: wp.float64, state: State) -> Statistics:
     """The statistics that a launch goes on with: new ones where the run begins."""
@@ -139,11 +160,10 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
 @cache
 def _advance(system: System, method: Method) -> wp.Kernel:
     """Steps are noted in place: a function of the whole progress would copy it at each, some percent of the time."""
-    attempt, rates = build_attempt(system, method), build_rates(system)
-    leaping, local, beyond = method.leaps, system.medium.local, system.medium.beyond
+    attempt, looked = build_attempt(system, method), build_looked(system)
+    leaping, beyond = method.leaps, system.medium.beyond
     tried, watched = _leaping_parts(system) if leaping else (None, None)
-    touched = system.medium.touched
-    touching = touched is not None
+    touched, touching = system.medium.touched, system.medium.touched is not None
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
@@ -161,50 +181,22 @@ def _advance(system: System, method: Method) -> wp.Kernel:
     ):
         run = wp.tid()
         p = progress[run]
-        body, around, drive = bodies[run], surroundings[run], drives[run]
+        body, around, drive, rpm = bodies[run], surroundings[run], drives[run], magnets[run]
         control, bound, schedule = controls[run], bounds[run], schedules[run]
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
-        here = local(around, head_position(p.middle), rotation_matrix(p.middle), sheets)
-        k0 = rates(body, here, drive, magnets[run], p.time, p.state)
+        here, k0 = looked(body, around, sheets, drive, rpm, p)
         p.statistics = begun(p.statistics, p.sample, p.time, p.state)
         left = int(budget)
         while left > 0 and p.status == RUNNING:
             if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
                 if p.time >= p.leap.ready:
-                    p = tried(
-                        body,
-                        beyond(around),
-                        drive,
-                        magnets[run],
-                        control,
-                        bound,
-                        schedule,
-                        memory,
-                        run,
-                        p,
-                        records,
-                    )
-                    p.middle = p.state
-                    here = local(around, head_position(p.middle), rotation_matrix(p.middle), sheets)
-                    k0 = rates(body, here, drive, magnets[run], p.time, p.state)
+                    p = tried(body, beyond(around), drive, rpm, control, bound, schedule, memory, run, p, records)
+                    here, k0 = looked(body, around, sheets, drive, rpm, p)
                     left -= NODES
             end = sample_time(schedule, p.sample)
             if p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
                 outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
-                    body,
-                    around,
-                    sheets,
-                    here,
-                    drive,
-                    magnets[run],
-                    control,
-                    bound,
-                    end,
-                    p.time,
-                    p.step,
-                    p.state,
-                    p.middle,
-                    k0,
+                    body, around, sheets, here, drive, rpm, control, bound, end, p.time, p.step, p.state, p.middle, k0
                 )
                 p.step = step
                 p.middle = middle

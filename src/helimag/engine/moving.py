@@ -36,7 +36,7 @@ def gone_on(before: State, way: State, after: State, share: wp.float64) -> State
     ``way`` is how far the rates there would have led in that step.
     """
     reached = ONE + share
-    return normalized(before + reached * way + reached * reached * (after - before - way))
+    return normalized(before + way * reached + (after - before - way) * (reached * reached))
 
 
 @wp.func

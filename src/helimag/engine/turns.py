@@ -218,10 +218,44 @@ def about_axis(old: State, new: State) -> wp.float64:
 
 
 @cache
+def build_set_out(system: System) -> wp.Function:
+    """Make the function that looks around for a turn's first step of ``h`` (s): surroundings, rates and lag vector.
+
+    No step before it tells where it goes, so rates where it begins do, once they are known.
+    """
+    rates, around_type = build_moving_rates(system), system.medium.surroundings_type
+    here_type, local = system.medium.here_type, system.medium.local
+
+    @wp.func
+    def set_out(
+        body: Swimmer,
+        around: around_type,
+        sheets: wp.array(dtype=Sheet),
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        spin: wp.vec2d,
+        h: wp.float64,
+        state: State,
+    ):
+        here = here_type()
+        k0 = State()
+        lag = wp.vec2d()
+        middle = state
+        looks = 2  # not unrolled, so that it compiles sooner
+        for _ in range(looks):
+            here = local(around, head_position(middle), rotation_matrix(middle), sheets)
+            k0, lag = rates(body, here, drive, magnets, spin, state)
+            middle = normalized(state + HALF * h * k0)
+        return here, k0, lag
+
+    return set_out
+
+
+@cache
 def build_turn(system: System) -> wp.Function:
     """Make the map over one turn of the magnet: what it does, and its shape at the nodes, its last row the end."""
     rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
-    around_type, here_type, local = system.medium.surroundings_type, system.medium.here_type, system.medium.local
+    set_out, around_type, local = build_set_out(system), system.medium.surroundings_type, system.medium.local
 
     @wp.func
     def turn(
@@ -244,15 +278,7 @@ def build_turn(system: System) -> wp.Function:
         result = Turn()
         result.cosine = ONE
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
-        here = here_type()
-        k0 = State()
-        middle = state
-        lag = wp.vec2d()
-        looks = 2  # nothing tells where the first step goes before it has been looked at from where it begins
-        for _ in range(looks):
-            here = local(around, head_position(middle), rotation_matrix(middle), sheets)
-            k0, lag = rates(body, here, drive, magnets, spin, state)
-            middle = normalized(state + HALF * h * k0)
+        here, k0, lag = set_out(body, around, sheets, drive, magnets, spin, h, state)
         roll = wp.float64(1.0)
         nodes = int(NODES)  # not unrolled: a step is much code
         for node in range(nodes):
