@@ -42,16 +42,17 @@ def drawn(rng):
 
 
 def named():
-    """Print size of tube and ball of starts of the named orbits, and the box of inputs around the first."""
+    """Print size of tube and ball of starts of the named orbits, time, and the box of inputs around the first."""
     certificates = []
     for frequency, pitch in NAMED:
         changes = {"drive.frequency": f"{frequency} Hz", "drive.pitch": f"{pitch} deg"}
-        certificate = prove(hm.find_orbit(hm.load(PRESET).replaced(changes))).certificate
+        found, begun = hm.find_orbit(hm.load(PRESET).replaced(changes)), time.process_time()
+        certificate, seconds = prove(found).certificate, time.process_time() - begun
         claims = certificate.claims
         certificates.append(certificate)
         print(
             f"{frequency} Hz, {pitch} deg: tube {1e6 * max(claims.tube):.1f} um to each side, "
-            f"starts {1e6 * claims.basin:.1f} um and {math.degrees(claims.basin_turned):.4f} deg",
+            f"starts {1e6 * claims.basin:.1f} um, {math.degrees(claims.basin_turned):.4f} deg; {seconds:.0f} s of CPU",
             flush=True,
         )
     wide = tolerated(certificates[0])

@@ -4,8 +4,10 @@ Run: python benchmarks/vision_seeds.py [SEEDS] [SECONDS] [ANGLES] [MINUTES]. Eve
 lenses, walls, light, noise, lost frames (5 %) and clock offset, and a run: held, wobbling or falling in turn. At every
 angle every fifth session is spoilt in ten ways, and each should be refused. SEEDS is a number, or first:last such as
 10:20; after MINUTES (default: no limit) no further rig is begun. A table a rig angle: errors against the truth,
-chi-square a point (3 is due) and on each axis (1 is due), of the attack angle (1 is due), error of the wobble where it
-exceeds 0.3 deg, and refusals. Twenty seconds of one core a rig, and as long again for the spoilt ones of every fifth.
+chi-square a point (3 is due) and on each axis (1 is due), of the attack angle and of the clocks' offset (1 is due), of
+places that a perfect detector would see through the calibrated rig (3 is due) and their errors, error of the wobble
+where it exceeds 0.3 deg, and refusals. Twenty seconds of one core a rig, and as long again for the spoilt ones of every
+fifth.
 """
 
 import itertools
@@ -56,6 +58,18 @@ def attack_chi_square(run: Trajectory, truth: Trajectory) -> float:
     return float(np.mean((off / run.dataset["attack_angle_sd"].values) ** 2))
 
 
+def calibration_alone(true: Rig, rig: Rig) -> tuple[float, float]:
+    """How far off the calibrated rig puts places in the tank that are seen without error (root mean square, m), and
+    chi-square a place."""
+    axes = (np.linspace(0.01, 0.15, 5), np.linspace(-0.02, 0.02, 3), np.linspace(-0.035, 0.0, 3))
+    places = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+    off = rig.triangulate(*(camera.project(places) for camera in true.cameras))[0] - places
+    shifts = rig.shifts(places)
+    covariance = np.einsum("kni,knj->nij", shifts, shifts)
+    chi = np.einsum("ni,nij,nj->n", off, np.linalg.inv(covariance), off)
+    return float(np.sqrt(np.mean(np.sum(off**2, axis=1)))), float(chi.mean())
+
+
 def wobble_error(run: Trajectory, truth: Trajectory) -> float:
     """Of the wobble over the run (percent), NaN where the truth is 0.3 deg or less."""
     times = truth.dataset["time"].values
@@ -74,6 +88,8 @@ def filmed(true: Rig, rig: Rig, kind: Any, seed: int, duration: float, folder: P
     truth = Trajectory.load(films["truth"])
     measured = track(films["front"], films["below"], rig, initial_gap=0.102)
     errors, size, chi = score(measured, truth), output(measured), chi_squares(measured, truth)
+    late = float(measured.dataset.attrs["clock_offset"]) - effects.clock_offset
+    alone = calibration_alone(true, rig)
     return {
         "rms_mm": 1e3 * errors.position_rms,
         "worst_mm": 1e3 * errors.position_worst,
@@ -86,7 +102,10 @@ def filmed(true: Rig, rig: Rig, kind: Any, seed: int, duration: float, folder: P
         "y_inside": float(size.low <= truth.judgement.output <= size.high),
         "used": errors.samples / errors.frames,
         "chi2_attack": attack_chi_square(measured, truth),
-        "clock_error_ms": 1e3 * (float(measured.dataset.attrs["clock_offset"]) - effects.clock_offset),
+        "clock_error_ms": 1e3 * late,
+        "chi2_clock": (late / float(measured.dataset.attrs["clock_offset_sd"])) ** 2,
+        "calibration_um": 1e6 * alone[0],
+        "chi2_calibration": alone[1],
     }
 
 
@@ -182,6 +201,7 @@ def summary(angle: str, rows: list[Row]) -> bool:
     print(
         f"| {angle} | {len(rows)} | {mean['rms_mm']:.4f} | {worst['rms_mm']:.4f} | {mean['chi2']:.2f} | "
         f"{mean['chi2_x']:.2f} {mean['chi2_y']:.2f} {mean['chi2_z']:.2f} | {mean['chi2_attack']:.2f} | "
+        f"{mean['chi2_clock']:.2f} | {mean['calibration_um']:.1f} {mean['chi2_calibration']:.2f} | "
         f"{worst['wobble_percent']:.0f} % | "
         f"{mean['y_inside']:.2f} | {spoilt} |",
         flush=True,
@@ -208,9 +228,10 @@ def main() -> None:
                 print(f"{angle:4g} {seed:4d} {error}", flush=True)
                 good = False
     print(
-        "\n| angle | rigs | rms mm | worst | chi2 a point | x y z | attack | worst wobble | y inside | spoilt refused |"
+        "\n| angle | rigs | rms mm | worst | chi2 a point | x y z | attack | clock | calibration alone: um, chi2 | "
+        "worst wobble | y inside | spoilt refused |"
     )
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|---|---|---|---|---|")
     for angle, rows in table.items():
         good = summary(f"{angle:g}", rows) and good
     summary("all", [row for rows in table.values() for row in rows])

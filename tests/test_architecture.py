@@ -260,9 +260,9 @@ def methods(cls):
 
 def offered():
     """Functions and methods of helimag itself and of all rooms: name, function, and what it was reached by."""
-    for room in ("", *hm._ROOMS):
+    for room in ("", *sorted({*hm._ROOMS, *RULES} - {"cli"})):
         module = importlib.import_module(f"helimag.{room}" if room else "helimag")
-        for name in getattr(module, "__all__", ()):
+        for name in getattr(module, "__all__", [name for name in vars(module) if not name.startswith("_")]):
             thing = getattr(module, name)
             found = methods(thing) if inspect.isclass(thing) else [("", thing)] if inspect.isfunction(thing) else []
             for inner, function in found:

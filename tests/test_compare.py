@@ -9,10 +9,12 @@ import pytest
 
 from command_line import Said
 from helimag.cli import app
+from helimag.engine import simulate
 from helimag.errors import InputError
 from helimag.runs.comparison import compare
 from helimag.runs.measurement import attack_windows, output, unseen
 from helimag.runs.trajectory import Trajectory
+from helimag.scenario import load
 from helimag.vision import staged
 
 
@@ -203,3 +205,54 @@ def test_a_track_without_standard_deviations_claims_no_interval(tmp_path: Path, 
     numbers = json.loads(helimag(*words, "--json").out)
     assert numbers["measured"]["gain_95"] is numbers["measured"]["output_y_95_m"] is numbers["agrees"] is None
     assert numbers["measured"]["gain"] == pytest.approx(1.17 / 102.0, rel=1e-6)
+
+
+def kept(run: Trajectory, begin: float, end: float, *, clock: float = 0.0) -> Trajectory:
+    """The part of a run from one time to another (s), its clock put back by some time."""
+    time = run.dataset["time"].values
+    part = run.dataset.isel(time=(time >= begin - 1e-9) & (time <= end + 1e-9))
+    return Trajectory(part.assign_coords(time=part["time"].values - clock))
+
+
+def test_a_comparison_of_little_says_so(helimag: Callable[..., Said], tmp_path: Path) -> None:
+    """Two runs that share 0.04 s; and a clock that the fit puts back by 1 s of 4 s. Whole ones are silent."""
+    whole = staged("wobbling", duration=10.0)
+    first, later = kept(whole, 0.0, 4.0), kept(whole, 3.96, 9.9)
+    barely = compare(later, first, align="none")
+    assert set(barely.doubts) == {"few samples", "little in common"}
+    samples = barely.time.size
+    assert samples < 10
+    assert barely.doubts["few samples"] == f"only {samples} samples are set beside each other"
+    assert f"{100.0 * np.ptp(barely.time) / 4.0:.0f} % of the shorter run" in barely.doubts["little in common"]
+    shifted = compare(kept(whole, 1.0, 5.0, clock=1.0), first)
+    assert shifted.time_shift == pytest.approx(-1.0)
+    assert set(shifted.doubts) == {"clocks shifted"}
+    assert "by 1.00 s, 33 % of the time" in shifted.doubts["clocks shifted"]
+    assert compare(kept(whole, 1.0, 5.0), first, align="start").doubts == {}
+    assert compare(kept(whole, 0.0, 4.0), first).doubts == {}
+    later.save(tmp_path / "m.nc")
+    first.save(tmp_path / "s.nc")
+    words = ("compare", tmp_path / "m.nc", tmp_path / "s.nc", "--align", "none")
+    for doubt in barely.doubts.values():
+        assert f"note          {doubt}" in helimag(*words).out
+        assert doubt in json.loads(helimag(*words, "--json").out)["doubts"]
+
+
+def test_a_shift_that_is_not_bracketed_says_so() -> None:
+    """The film begins 4 s into a run of which the first 5 s are known: half of them must stay, so 2.5 s is the last."""
+    whole = staged("falling", duration=10.0)
+    found = compare(kept(whole, 4.0, 9.0, clock=4.0), kept(whole, 0.0, 5.0))
+    assert abs(found.time_shift) == pytest.approx(2.5, abs=0.06)
+    assert "shift at its limit" in found.doubts
+
+
+def test_runs_that_are_too_short_to_tell_do_not_agree_on_how_they_end() -> None:
+    """The gains are the same; whether the device stays is not known of either."""
+    run = simulate(load("paper/fig3c").replaced({"run.duration": 5.0}))
+    covariance = np.broadcast_to(1e-12 * np.eye(3), (run.dataset.sizes["time"], 3, 3))
+    measured = run.dataset.assign(position_covariance=(("time", "row", "column"), covariance))
+    found = compare(Trajectory(measured.assign_attrs(source="measured")), run, align="none")
+    low, high = found.measured_gain.interval or (0.0, 0.0)
+    assert low <= found.simulated_gain <= high
+    assert found.numbers["measured"]["verdict"] == found.numbers["simulated"]["verdict"] == "undecided"
+    assert found.agrees is None

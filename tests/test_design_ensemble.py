@@ -15,6 +15,7 @@ from helimag.engine import advance
 from helimag.ensembles import Devices
 from helimag.orbits import Watch
 from helimag.outcomes import Verdict
+from helimag.runs.shares import in_percent
 from helimag.scenario import varied
 
 BASE = hm.load("nose-first/fig3c").replaced({"drive.frequency": "2.5 Hz"})
@@ -54,7 +55,8 @@ def test_the_share_of_a_design_is_that_of_runs_with_its_devices(fit):
     share, low, high = found.probability
     assert share == staying / 10
     assert low < share < high
-    assert f"bounded with a probability of {share:.0%}" in found.text
+    said = f"bounded with a probability of {in_percent(share)}% ({in_percent(low)}% to {in_percent(high)}%"
+    assert said in found.text
 
 
 def test_the_candidate_that_most_devices_stay_with_is_taken(monkeypatch):

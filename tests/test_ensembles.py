@@ -5,7 +5,7 @@ import pytest
 
 from helimag import InputError, Perturbation, RunError, ensemble, load, simulate
 from helimag.ensembles import ensembles
-from helimag.runs.shares import wilson
+from helimag.runs.shares import in_percent, wilson
 from helimag.scenario import Normal, Uniform
 
 SHORT = load("nose-first/fig3c").replaced({"run.duration": "20 s"})
@@ -58,6 +58,14 @@ def test_wilsons_interval():
             assert abs(share - end) == pytest.approx(1.96 * np.sqrt(end * (1.0 - end) / total), rel=1e-9)
     assert wilson(0.0, 10)[0] == 0.0
     assert wilson(1.0, 10)[1] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"),
+    [(0.0, "0"), (1.0, "100"), (0.5, "50"), (0.974, "97"), (0.996, "99.6"), (1999 / 2000, "99.95"), (1 / 4000, "0.03")],
+)
+def test_a_share_is_all_or_none_only_where_it_is(share, shown):
+    assert in_percent(share) == shown
 
 
 def test_several_scenarios_draw_one_after_the_other():

@@ -82,6 +82,31 @@ def test_what_other_programs_change_or_add_is_read(whole, tmp_path):
     assert found["remark"].values.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
 
 
+def test_a_clock_whose_offset_is_not_known_is_read(tmp_path):
+    """Tracks without a clock's offset say so by -1."""
+    write_netcdf(RUN.dataset.assign_attrs(source="measured", clock_offset_sd=-1.0), tmp_path / "a.nc")
+    assert hm.Trajectory.load(tmp_path / "a.nc").attributes["clock_offset_sd"] == -1.0
+
+
+def stated(dataset, name, units):
+    """The same numbers, said to be in other units."""
+    dataset = dataset.copy()
+    dataset[name].attrs = {"units": units}
+    return dataset
+
+
+def test_a_run_in_milliseconds_is_not_read_as_one_in_seconds(tmp_path):
+    """Ten seconds that another program has written in ms came out as ten thousand, and bounded."""
+    run = hm.simulate(hm.load("nose-first/fig3c"), duration=5.0).dataset
+    milliseconds = stated(run.assign_coords(time=1e3 * run["time"]), "time", "ms")
+    write_netcdf(milliseconds, tmp_path / "ms.nc")
+    with pytest.raises(hm.HelimagError, match="time must be in s; its units are 'ms'"):
+        hm.Trajectory.load(tmp_path / "ms.nc")
+    for units in ("second", "sec", "s"):
+        write_netcdf(stated(run, "time", units), tmp_path / "s.nc")
+        assert str(hm.Trajectory.load(tmp_path / "s.nc").verdict) == "undecided"
+
+
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
@@ -96,6 +121,22 @@ def test_what_other_programs_change_or_add_is_read(whole, tmp_path):
         (lambda d: d.assign(position=d["position"] * np.nan), "position must be known"),
         (lambda d: d.assign(quaternion=d["quaternion"] * 2.0), "length 1"),
         (lambda d: d.assign(slips=d["slips"] + 1e300), "sensible numbers"),
+        (lambda d: d.assign_attrs(fold_time="long"), "fold_time must be a finite number above 0; got 'long'"),
+        (lambda d: d.assign_attrs(lap_time=np.nan), "lap_time must be a finite number above 0; got nan"),
+        (lambda d: d.assign_attrs(fold_time=-143.0), "fold_time must be a finite number above 0; got -143.0"),
+        (lambda d: d.assign_attrs(initial_gap=1e-300), "sensible height of the magnet above the device"),
+        (lambda d: d.assign_attrs(initial_gap=1e300), "initial_gap must be a finite number"),
+        (lambda d: d.assign_attrs(film_end="late"), "film_end must be a finite number"),
+        (lambda d: stated(d, "position", "mm"), "position must be in m; its units are 'mm'"),
+        (lambda d: stated(d, "time", "ms"), "time must be in s; its units are 'ms'"),
+        (lambda d: stated(d, "slips", "turn"), "slips must be in 1; its units are 'turn'"),
+        (lambda d: d.isel(axis=[2, 1, 0]), "axis must be labelled x, y, z; got z, y, x"),
+        (lambda d: d.isel(component=[1, 2, 3, 0]), "component must be labelled w, x, y, z; got x, y, z, w"),
+        (lambda d: d.assign(slips=d["slips"] * np.nan).assign_attrs(source="imported"), "slips must be known at every"),
+        (
+            lambda d: d.assign(height_low=("time", np.ones(5)), height_high=("time", np.zeros(5))),
+            "height_low must be below height_mean",
+        ),
     ],
 )
 def test_what_no_run_can_be_is_refused(tmp_path, spoil, words):

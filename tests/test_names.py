@@ -42,6 +42,28 @@ def test_a_changed_preset_says_what_was_changed(changes, title):
     assert (changed.hash == FIG3C.hash) == (title == "nose-first/fig3c")
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Nose-First/Fig3c",
+        " nose-first/fig3c ",
+        "nose-first / fig3c",
+        "nose-first/fig3c\u200b",
+        "\uff4eose-first/fig3c",
+        "nose-first/fig3c, run.duration 10 s",
+    ],
+)
+def test_a_name_that_reads_like_a_preset_s_says_what_differs_from_that(name):
+    """However it is spelt, and whatever it claims to have changed."""
+    posing = FIG3C.replaced({"name": name, "drive.pitch": "15 deg"})
+    assert posing.title == "nose-first/fig3c, drive.pitch 15 deg"
+    assert parse(posing.to_toml()).title == posing.title
+    assert FIG3C.replaced({"name": name}).title == "nose-first/fig3c"
+    assert (
+        FIG3C.replaced({"name": "nose-first/fig3c slower", "drive.pitch": "15 deg"}).title == "nose-first/fig3c slower"
+    )
+
+
 def test_changes_back_and_of_ones_own_scenario():
     assert FIG3C.replaced({"drive.pitch": "15 deg"}).replaced({"drive.pitch": "12.7 deg"}).title == "nose-first/fig3c"
     mine = parse(FIG3C.to_toml().replace('"nose-first/fig3c"', '"mine"'))

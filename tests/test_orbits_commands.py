@@ -3,6 +3,7 @@
 import json
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,7 +15,7 @@ import xarray
 import helimag as hm
 from helimag import plots
 from helimag.cli import orbit_grids
-from helimag.cli._orbit_reports import flow_report
+from helimag.cli._orbit_reports import flow_report, print_basin
 from helimag.orbits import (
     Agreement,
     Basin,
@@ -295,6 +296,22 @@ def test_basin_refuses_a_comparison_with_itself(orbit: hm.Orbit) -> None:
     full = Basin(orbit, (2, 2, 2), cells, np.ones(8, bool), np.full(8, "captured"), 1.0, 1200.0, "full")
     with pytest.raises(hm.InputError, match="averaged"):
         agreement(full)
+
+
+def test_a_basin_says_how_little_a_few_starts_tell(orbit: hm.Orbit, capsys: pytest.CaptureFixture[str]) -> None:
+    """Eight of eight captured is a share of 0.676 to 1 (Wilson: n / (n + 1.96^2)), of a box of 8 cm3."""
+    places = np.stack(np.meshgrid(*[[-0.005, 0.005]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    ends = np.full(8, "captured")
+    caught = Basin(orbit, (2, 2, 2), places, np.ones(8, bool), ends, 8e-6, 0.5 / -orbit.growth, "full")
+    least = 8.0 / (8.0 + 1.96**2)
+    assert caught.interval == pytest.approx((least, 1.0))
+    assert f"basin of 8.0 cm3 ({8.0 * least:.1f} to 8.0) in this box: of 8 starts 8 captured" in caught.text
+    print_basin(caught, None, (places.min(axis=0), places.max(axis=0)), None, json=False)
+    said = capsys.readouterr().out
+    assert "captured      100 % of the box of 10 x 10 x 10 mm; 68 to 100 %, with 95 % confidence" in said
+    assert f"end before the orbit's longest decay time, {-1.0 / orbit.growth:.0f} s" in said
+    print_basin(replace(caught, duration=-1.1 / orbit.growth), None, (places[0], places[-1]), None, json=False)
+    assert "end before" not in capsys.readouterr().out
 
 
 def test_flow_is_known_on_the_faces_of_its_grid(flow: SlowFlow) -> None:

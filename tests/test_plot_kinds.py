@@ -1,10 +1,14 @@
 """plot draws every file that any command writes: the figure that its command makes, where it makes one."""
 
+import re
+
+import numpy as np
 import pytest
 
 import helimag as hm
 from command_line import run
 from helimag.runs import read_netcdf, write_netcdf
+from helimag.sweeps import swept_in
 
 SCENARIO = ("paper/fig3c", "--set", "drive.pitch=14.4 deg", "--set", "drive.distance=148 mm")
 PITCH = ("--vary", "drive.pitch", "--from", "14.2 deg", "--to", "14.6 deg")
@@ -31,6 +35,32 @@ ORBITS = {
 }
 
 
+SPOILT = {  # what another program may have made of a file, and what is said of it
+    "orbits": {
+        "position must be known": lambda d: d.assign(position=d["position"] * np.nan),
+        "growth holds 1e+300": lambda d: d.assign(growth=d["growth"] * 0.0 + 1e300),
+        "there is no orbit, branch, map": lambda d: d.assign_attrs(content=[1, 2]),
+    },
+    "branches of orbits": {"position must be known": lambda d: d.assign(position=d["position"] * np.nan)},
+    "stability map": {
+        "drive_pitch must hold numbers that rise": lambda d: d.isel(drive_pitch=slice(None, None, -1)),
+        "drive_distance must hold numbers": lambda d: d.assign_coords(drive_distance=d["drive_distance"] * np.nan),
+        "is empty": lambda d: d.isel(drive_pitch=slice(0, 0)),
+    },
+    "slow flow": {
+        "x must hold numbers that rise": lambda d: d.assign_coords(x=d["x"] * 0.0),
+        "velocity holds 1e+300": lambda d: d.assign(velocity=d["velocity"] * 0.0 + 1e300),
+    },
+    "basin of attraction": {
+        "captured and end do not agree": lambda d: d.assign(captured=1 - d["captured"]),
+        "its volume is not that": lambda d: d.assign_attrs(volume=2.0 * d.attrs["volume"] + 1e-9),
+        "z must hold numbers that rise": lambda d: d.assign_coords(z=-d["z"]),
+        "two starts or more along each side": lambda d: d.isel(y=[0]),
+        "basin of attraction is not whole: float()": lambda d: d.assign_attrs(duration=[1.0, 2.0]),
+    },
+}
+
+
 @pytest.mark.parametrize("kind", ORBITS)
 def test_what_orbit_wrote_is_drawn_as_orbit_drew_it(kind, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -45,6 +75,9 @@ def test_what_orbit_wrote_is_drawn_as_orbit_drew_it(kind, tmp_path, monkeypatch)
         told = "none.nc: there are no orbits in this file: none was found, or it is damaged"
         assert said == (2, "", f"helimag: {told}\n")
     assert (tmp_path / "drawn.png").read_bytes() == (tmp_path / "made.png").read_bytes()
+    for words, spoil in SPOILT[kind].items():
+        with pytest.raises(hm.InputError, match=re.escape(words)):
+            hm.orbits.known_in(spoil(read_netcdf("it.nc")))
 
 
 def test_a_run_is_drawn_and_a_measured_one_too(tmp_path, monkeypatch):
@@ -71,6 +104,16 @@ def test_a_sweep_is_drawn_from_its_store_and_from_its_netcdf(tmp_path, monkeypat
         assert run("plot", source, "-o", "drawn.png", "-o", "drawn.html").status == 0
         assert (tmp_path / "drawn.png").read_bytes() == (tmp_path / "made.png").read_bytes()
         assert (tmp_path / "drawn.html").read_text() == (tmp_path / "s.html").read_text()
+    whole = read_netcdf("s.nc")
+    for words, spoil in {
+        "a sweep needs the values of drive.frequency": whole.drop_vars("frequency"),
+        "a sweep's drive.pitch must hold numbers": whole.assign_coords(pitch=whole["pitch"] * np.nan),
+        "a sweep's verdict must be one of those": whole.assign(verdict=whole["verdict"] + 100),
+        "a sweep's gain must lie along its axes": whole.assign(gain=("pitch", np.zeros(2))),
+        "a sweep needs plan": whole.assign_attrs(plan=1.0),
+    }.items():
+        with pytest.raises(hm.InputError, match=re.escape(words)):
+            swept_in(spoil)
     film = run("plot", "s.zarr", "-o", "s.mp4")
     assert film.status == 2
     assert film.err.endswith("(an interactive page) for a sweep; got 's.mp4'\n")

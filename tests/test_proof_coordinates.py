@@ -12,7 +12,7 @@ flint = pytest.importorskip("flint")
 from helimag.errors import InputError  # noqa: E402
 from helimag.proof import Certificate, check  # noqa: E402
 from helimag.proof.balls import arithmetic, exact  # noqa: E402
-from helimag.proof.bounds import Derivatives, _third, spans_of, straights_of  # noqa: E402
+from helimag.proof.bounds import ON_THE_WAY, Derivatives, _third, spans_of, straights_of  # noqa: E402
 from helimag.proof.certificate import _leaning_too  # noqa: E402
 from helimag.proof.field import Views, bend_series, lean_series  # noqa: E402
 from helimag.proof.jets import Jet, variables  # noqa: E402
@@ -122,7 +122,7 @@ def enclosed():
         wide = flint.arb(middle, half)
         thin = bend_series(views().bending, shape, middle, shape.coarse)
         second = over_span(thin, bend_series(views().bending, shape, wide, shape.coarse + 1), half)
-        third = _third(views(), shape, k, straight)
+        third = _third(views(), shape, k, straight, shape.region, shape.rough)
     return shape, straight, second, third, (k + 0.95) / shape.spans  # far from the middle: all Taylor's terms count
 
 
@@ -170,7 +170,7 @@ def test_third_derivatives_on_the_curve_are_those_of_the_definition() -> None:
     dynamics = Odd(exact(u), plain=True)
     with arithmetic():
         at = exact(100 * k + 95) / 10000
-        third = third_over(dynamics, thin, at, _rows(bend_series(dynamics, thin, at, 1)[0]))
+        third = third_over(dynamics, thin, at, _rows(bend_series(dynamics, thin, at, 1)[0]), thin.radii)
     without = replace(whole, bent=_without_inputs(whole.bent))
     zero = np.array([0.0] * N + [u])
     for n, triple in enumerate(triples(N)):
@@ -222,6 +222,28 @@ def test_bounds_hold_for_the_change_of_the_linearisation(enclosed) -> None:
             assert np.linalg.norm(alone[list(rows)]) <= push[i] + 1e-9
 
 
+def test_bounds_hold_for_the_mean_of_the_linearisation_on_the_way(enclosed) -> None:
+    """F at random points of the tube is F on the curve, D F there times the way, and no more than the bounds add."""
+    shape, _, second, third, s = enclosed
+    rng = np.random.default_rng(7)
+    parts = shape.parts(1)
+    with arithmetic():
+        form = Derivatives(second, third, parts, [*RADII, 1.0], ON_THE_WAY)
+        bends = np.array([[[float(form.bend(i, j, m)) for m in range(4)] for j in range(4)] for i in range(4)])
+    zero = np.zeros(SIDE)
+    start = np.array([differences(lambda x: moving(shape, x, s), zero, (a,), 1e-4) for a in range(N)]).T
+    tightest = np.zeros(4)
+    for _ in range(200):
+        y = np.repeat(RADII, (2, 1, 1, 2)) * rng.uniform(-0.7, 0.7, N)
+        added = moving(shape, np.array([*y, 0.0]), s) - moving(shape, zero, s) - start @ y
+        lengths = np.array([np.linalg.norm(y[list(part)]) for part in shape.columns])
+        bound = np.einsum("ijm,j,m->i", bends, lengths, lengths)
+        length = np.array([np.linalg.norm(added[list(rows)]) for rows in shape.columns])
+        assert np.all(length <= bound + 1e-7)
+        tightest = np.maximum(tightest, length / bound)
+    assert tightest.max() > 0.3, "bounds not far from what is"
+
+
 def test_bounds_of_known_derivatives_are_exact() -> None:
     """Of y0' = 3 y0 y2 + 4 u^2 + 5 u^3 + 7 y0^2 y2 + 2 y0 u^2, all second and third derivatives written down."""
     seconds, thirds = {(0, 2): 3, (6, 6): 8}, {(6, 6, 6): 30, (0, 0, 2): 14, (0, 6, 6): 4}
@@ -229,6 +251,7 @@ def test_bounds_of_known_derivatives_are_exact() -> None:
         second = [[exact(seconds.get(pair, 0) if i == 0 else 0) for pair in pairs(SIDE)] for i in range(N)]
         third = [[exact(thirds.get(triple, 0) if i == 0 else 0) for triple in triples(SIDE)] for i in range(N)]
         form = Derivatives(second, third, tube().parts(1), [0.5, 0.25, 1.0, 1.0, 1.0])
+        mean = Derivatives(second, third, tube().parts(1), [0.5, 0.25, 1.0, 1.0, 1.0], ON_THE_WAY)
         assert float(form.push(0, range(4, 5))) == pytest.approx(4.0 + 5.0)
         # block 0 is y0 and y1, block 1 is y2: d2 F0 / dy0 dy2, and half of what the third ones add within the reach
         assert float(form.bend(0, 0, 1)) == pytest.approx(3.0 + 14.0 * 0.5 / 2.0)
@@ -237,6 +260,10 @@ def test_bounds_of_known_derivatives_are_exact() -> None:
         assert float(form.bend(0, 0, 4)) == pytest.approx(4.0 * 1.0 / 2.0)
         assert float(form.twist(0, 1)) == pytest.approx(3.0 + 14.0 * 0.5 / 2.0)
         assert float(form.push(1, range(4, 5))) == 0.0
+        # t of the one and t^2 / 2 of the other, over the way from 0 to 1
+        assert float(mean.bend(0, 0, 1)) == pytest.approx(3.0 / 2.0 + 14.0 * 0.5 / 6.0)
+        assert float(mean.bend(0, 0, 0)) == pytest.approx(14.0 * 0.25 / 6.0)
+        assert float(mean.twist(0, 1)) == pytest.approx(3.0 / 2.0 + 14.0 * 0.5 / 6.0)
 
 
 def test_what_is_reached_holds_all_within_the_radii() -> None:

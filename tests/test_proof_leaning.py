@@ -115,7 +115,7 @@ def test_derivatives_of_a_tube_that_leans_and_bends_are_those_of_the_definition(
         straight = straights_of(views, TUBE, [SPAN])[SPAN]
         middle, half = exact(2 * SPAN + 1) / (2 * SPANS), exact(1) / (2 * SPANS)
         wide = flint.arb(middle, half)
-        third = third_over(views.over, TUBE, wide, straight.second)
+        third = third_over(views.over, TUBE, wide, straight.second, TUBE.region)
     found = {(): [row[0] for row in straight.push]}
     found |= {(a,): [row[a] for row in straight.linear] for a in range(N)}
     found |= {(N + j,): [row[1 + j] for row in straight.push] for j in range(len(WIDTHS))}

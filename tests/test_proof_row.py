@@ -218,7 +218,7 @@ def test_every_cell_is_proved_again(row: Row, monkeypatch, tmp_path) -> None:
 @pytest.mark.parametrize("begin", [None, '{"format": "helimag proof row 2", "sha256": 1}', "[]", "", '{"format": []}'])
 def test_what_is_no_row_is_refused(begin) -> None:
     with pytest.raises(InputError):
-        read_any(begin or proof_cells.cell("12.7").text().replace("helimag proof 3", "helimag proof row 1"))
+        read_any(begin or proof_cells.cell("12.7").text().replace("helimag proof 4", "helimag proof row 1"))
 
 
 # ------------------------------------------------------------------------------------------------------ how it grows

@@ -11,7 +11,7 @@ flint = pytest.importorskip("flint")
 from helimag.proof.balls import arithmetic, exact  # noqa: E402
 from helimag.proof.bounds import spans_of, straights_of  # noqa: E402
 from helimag.proof.field import views_of  # noqa: E402
-from helimag.proof.theorem import _time_in, enters, theorem_of  # noqa: E402
+from helimag.proof.theorem import _time_in, allows, enters, shrinks, theorem_of  # noqa: E402
 from helimag.proof.tube import N, Tube  # noqa: E402
 from helimag.proof.waves import Waves  # noqa: E402
 
@@ -215,14 +215,48 @@ def test_blocks_that_drive_each_other_repel() -> None:
 
 
 def test_entry_from_far_off_in_fast_blocks() -> None:
-    """Linear: all comes in, however far, as long as the region is as wide; and not from where the tube repels."""
+    """Linear: all comes in, however far, as long as the region is as wide."""
     known = Known()
     tube = replace(tube_of(known, 0.01), entry=(0.009, 0.009, 0.5, 0.5))
     with arithmetic():
-        spans = [span.far for span in spans_of(views_of(known), tube, straights_of(views_of(known), tube))]
+        spans = [span.inward for span in spans_of(views_of(known), tube, straights_of(views_of(known), tube))]
         assert enters(tube, spans, tube.entry)
         assert not enters(tube, spans, (0.6, 0.6, 0.6, 0.6)), "beyond the region nothing was enclosed"
-        assert not enters(tube, spans, (0.02, 0.009, 0.5, 0.5))
+        assert not enters(tube, spans, (0.03, 0.009, 0.5, 0.5))
+        # what drives a slow block out while a fast one is still far off
+        driven = [replace(each, far=replace(each.far, push=[exact(0.1), *each.far.push[1:]])) for each in spans]
+        assert not enters(tube, driven, tube.entry)
+        assert enters(tube, driven, tube.outer), "what is in the outer box needs no bounds beyond it"
+
+
+@pytest.mark.parametrize(("share", "comes_in"), [(0.8, True), (1.03, False)])
+def test_what_does_not_draw_together_may_still_come_in(share: float, comes_in: bool) -> None:
+    """z' = a z + z^3 in each component comes in from where a + z^2 < 0, and draws together where a + 3 z^2 < 0 only."""
+    limit = math.sqrt(0.3)
+    known = Known(wobble=0.0, cubic=-1.0)
+    tube = replace(tube_of(known, share * limit / 2.0), entry=(0.99 * share * limit,) * 4)
+    with arithmetic():
+        spans = spans_of(views_of(known), tube, straights_of(views_of(known), tube))
+        assert enters(tube, [span.inward for span in spans], tube.entry) is comes_in
+        assert not comes_in or allows(tube, [span.near for span in spans], attracting=True)
+        wide = replace(tube, radii=tube.outer, entry=tube.outer)
+        assert not wide.reaches_out
+        assert not allows(wide, [spans_of(views_of(known), wide, straights_of(views_of(known), wide, [0]))[0].near],
+                          attracting=True)  # fmt: skip
+
+
+def test_what_comes_nearer_must_do_so_down_to_the_tube() -> None:
+    """With a decay of 0.3 a push of 0.02 is overcome at 0.1, and not at 0.05: all hangs between."""
+    known = Known(wobble=0.0)
+    tube = replace(tube_of(known, 0.05), entry=(0.1,) * 4)
+    with arithmetic():
+        (span,) = spans_of(views_of(known), tube, straights_of(views_of(known), tube, [3]))
+        for push, comes_in in ((0.01, True), (0.02, False), (0.04, False)):
+            pushed = replace(span.inward.outer, push=[exact(push), *span.inward.outer.push[1:]])
+            assert shrinks(tube, [pushed]) is comes_in
+            assert shrinks(tube, [span.inward.outer, pushed]) is comes_in
+            entering = [replace(span.inward, outer=pushed)] * tube.spans
+            assert enters(tube, entering, tube.entry) is comes_in
 
 
 def test_a_missing_span_proves_nothing() -> None:

@@ -91,5 +91,7 @@ def test_jitter_prints_each_kind(run, tmp_path):
     (tmp_path / "jitter.toml").write_text('offset = ["0 mm", "0 mm", "1 mm"]\n')
     status, out, _ = run("jitter", *SHORT[:1], tmp_path / "jitter.toml", *SHORT[1:])
     assert status == 0
-    assert "none" in out
-    assert "offset" in out
+    kinds = {line.split()[0]: line for line in out.splitlines()[1:]}
+    assert set(kinds) == {"none", "offset", "all"}
+    assert "(one run)" in kinds["none"]  # of which no spread is known
+    assert "(one run)" in kinds["offset"]

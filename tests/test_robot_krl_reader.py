@@ -166,6 +166,16 @@ SAME = {  # arithmetic that comes to the same programme
         'DECL BASIS_SUGG_T LAST_BASIS={POINT1[] "P1 ; ",CP_VEL[] "2.0"}\n'
         'EXTFCT REAL LENGTH(FRAME:IN)\nDECL NUTWELD_T N={A {B 1},C[] "x"}\nDECL E6POS XP1',
     ),
+    "array": (
+        PATH,
+        "DECL INT I,J\nDECL REAL V[3]\nJ=1\nFOR I=3 TO 1 STEP -1\nV[I]=I*0.000275\nENDFOR\n$VEL.CP=V[J+2]\nLIN XP1\n",
+    ),
+    "string": (PATH, 'DECL CHAR N[24]\nN[]="P1 ; "\nN[1]="Q"\n' + PATH),
+    "constant": (SPEED, "DECL CONST REAL V=0.000825\n$VEL.CP=V\n"),
+    "global interrupt of a sub-programme": (
+        PATH + "END\n",
+        "SET()\n" + PATH + "END\nDEF SET()\nGLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM()\nEND\n",
+    ),
     "in lower case, with tabs": (PATH, PATH.lower().replace(" ", "\t") + "\t; end\n"),
 }
 
@@ -219,6 +229,8 @@ OTHER = {  # what takes effect: the duration (s) it comes to, or None where only
         "PDAT_ACT={ACC 100,APO_DIST 5.0,APO_MODE #CDIS}\nBAS (#PTP_DAT)\nPTP XSTART",
         None,
     ),
+    "no initial settings": ("BAS (#INITMOV,0 )", "", None),
+    "a point passed twice": (PATH, SPEED + "LIN {X 60.0} C_DIS\nLIN {X 60.0} C_DIS\nLIN XP1\n", None),
     "a pause behind a rounded point": (PATH, SPEED + "LIN {X 60.0} C_DIS\nWAIT SEC 0.01\nLIN XP1\n", None),
 }
 
@@ -380,6 +392,36 @@ REFUSED = {
     "not twice": (
         PATH, "XP1.X=XP1.X+0\n" + PATH + "XP1.X=9000\n", r"XP1, .* cannot be run twice: .*line 35: the arm cannot"
     ),
+    "beyond an array": (
+        PATH, "DECL INT I\nDECL REAL V[3]\nI=2\nV[I+2]=1.0\n" + PATH, "index of V must be from 1 to 3; got 4"
+    ),
+    "before an array": (
+        PATH, "DECL REAL V[3]\nV[0]=1.0\n" + PATH, "line 34: the index of V must be a whole number from 1"
+    ),
+    "array as one": (PATH, "DECL REAL V[3]\nV=0.1\n" + PATH, r"line 34: 'V' is declared as V\[3\]: which"),
+    "array from one value": (
+        "DECL E6POS XP1", "DECL REAL V[3]=0.1\nDECL E6POS XP1", r"line 4: 'V' is declared as V\[3\]"
+    ),
+    "index of no array": (
+        PATH, "DECL REAL V\nV[2]=0.1\n" + PATH, r"line 34: 'V' is declared without a size, so V\[2\]"
+    ),
+    "points beyond": (
+        PATH, "DECL E6POS P[2]\nP[1]=XP1\nLIN P[3]\n", "line 35: the index of P must be from 1 to 2; got 3"
+    ),
+    "two indices": (PATH, "DECL REAL V[2,2]\n" + PATH, "line 33: expected a statement"),
+    "constant": (SPEED, "DECL CONST REAL V=0.5\nV=0.000825\n$VEL.CP=V\n", "line 34: 'V' is declared CONST"),
+    "switch by a real": (PATH, "SWITCH 1.0\nCASE 1\nENDSWITCH\n" + PATH, "line 33: SWITCH takes a whole number"),
+    "case of another kind": (PATH, "SWITCH 1\nCASE #BASE\nENDSWITCH\n" + PATH, "line 34: CASE must be of the kind"),
+    "before the first case": (
+        PATH, "SWITCH 1\n$VEL.CP=0.5\nCASE 1\n" + PATH + "ENDSWITCH\n", "line 34: expected CASE: no statement may stand"
+    ),
+    "interrupt of a sub-programme": (
+        PATH + "END\n",
+        "SET()\n" + PATH + "END\nDEF SET()\nINTERRUPT DECL 4 WHEN $STOPMESS==TRUE DO OFF()\nEND\n"
+        "DEF OFF()\nHALT\nEND\n",
+        "line 38: an interrupt that a sub-programme declares ends with it",
+    ),
+    "interrupt of the controller": ("INTERRUPT DECL 3", "INTERRUPT DECL 40", "line 7: an interrupt's number must be"),
     "another module": ("DEF row1", "DEF row2", ".dat file, line 1: DEFDAT ROW1 does not belong"),
 }  # fmt: skip
 

@@ -15,6 +15,7 @@ from helimag.errors import InputError, NotFeasible
 from helimag.robot import deviation, load_cell, log_of_playback, plan, play, write_krl, write_programme
 from helimag.robot.arm import Load, Motor
 from helimag.robot.krl.sequence import lead_time
+from helimag.robot.krl.writer import checked_name
 from helimag.robot.programme import programme_texts
 from helimag.robot.robodk import write_robodk
 from helimag.scenario import PAPER_TANK, load
@@ -280,10 +281,10 @@ class Recorder:
         return lambda *values: self.calls.append((name, values))
 
 
-def told(monkeypatch, found):
+def told(monkeypatch, found, arm=None):
     """The calls that the script of a plan makes; the poses are those of RoboDK's own package."""
     pytest.importorskip("robodk.robomath")
-    arm = Recorder()
+    arm = arm or Recorder()
     link = types.ModuleType("robodk.robolink")
     link.ITEM_TYPE_ROBOT = 2
     link.Robolink = lambda: types.SimpleNamespace(ItemUserPick=lambda *_: arm)
@@ -329,6 +330,68 @@ def test_the_robodk_script_is_the_krl_programme(monkeypatch, kind):
     assert [call[1] for call in beside if call[0] == "Pause"] == [pytest.approx(1e3 * playback.begin, abs=1e-3)]
 
 
+class Stopped(Recorder):
+    """An arm whose run is stopped at its third motion along the path."""
+
+    def __getattr__(self, name):
+        if name == "MoveL" and sum(called == "MoveL" for called, _ in self.calls) == 2:
+            raise KeyboardInterrupt
+        return super().__getattr__(name)
+
+
+def test_a_robodk_script_that_is_stopped_switches_the_motor_off_as_the_krl_does(monkeypatch):
+    arm, krl = Stopped(), back(*written("turn"))
+    with pytest.raises(KeyboardInterrupt):
+        told(monkeypatch, planned("turn"), arm)
+    after = arm.calls[[i for i, (name, _) in enumerate(arm.calls) if name == "MoveL"][-1] + 1 :]
+    assert [values for name, values in after if name == "setDO"] == [(n, int(on)) for n, on in krl.on_stop] == [(5, 0)]
+    bare = plan(planned("turn").scenario, EQUIPPED.model_copy(update={"motor": None}))
+    assert '"off_on_a_stop": []' in write_robodk(bare, "lab")
+
+
+OPTIONS = {  # of a cell: what the programme has with it
+    "none": {"motor": None, "load": None, "start_output": None, "retreat": None},
+    "motor alone": {"motor": Motor(run_output=1), "load": None, "start_output": None, "retreat": None},
+    "no phase": {"motor": Motor(run_output=1, speed_input=2), "retreat": 0.05},
+    "phase alone": {"motor": Motor(run_output=1, phase_input=4, phase_angle=-2.0), "start_output": 9},
+    "output alone": {"motor": None, "start_output": 9, "retreat": 0.02},
+    "rounding and acceleration": {"approximation": 2e-3, "acceleration": 0.25},
+}
+
+
+@pytest.mark.parametrize("option", [*OPTIONS])
+def test_robodk_and_krl_are_one_programme_with_every_option_of_a_cell(monkeypatch, option):
+    """Outputs, inputs, pauses and motions in one order; the KRL's are its text, the script's what it calls."""
+    still = {"drive.velocity": (0.0, 0.0, 0.0), "run.duration": 20.0}
+    for changes in ({"run.duration": 20.0}, still, {**still, "drive.yaw_rate": 0.05}):
+        found = plan(load("nose-first/table1-row1").replaced(changes), EQUIPPED.model_copy(update=OPTIONS[option]))
+        src, _ = write_krl(found, "lab")
+        main = src.split("\nEND\n")[0]
+        spelt = {
+            r"\$OUT\[(\d+)\]=(TRUE|FALSE)": lambda number, on: ("setDO", int(number), int(on == "TRUE")),
+            r"WAIT FOR (NOT )?\$IN\[(\d+)\]": lambda no, number: ("waitDI", int(number), int(not no)),
+            r"WAIT SEC ([\d.]+)()": lambda seconds, _: ("Pause", pytest.approx(1e3 * float(seconds))),
+            r"(PTP|LIN|CIRC) \w+()": lambda order, _: ({"PTP": "MoveJ", "LIN": "MoveL", "CIRC": "MoveC"}[order],),
+            r"\$VEL\.CP=([\d.]+)()": lambda speed, _: ("setSpeed", pytest.approx(1e3 * float(speed))),
+        }
+        wanted = []
+        for line in main.splitlines():
+            for pattern, call in spelt.items():
+                match = re.match(pattern, line)
+                if match:
+                    wanted.append(call(*match.groups()))
+        calls = told(monkeypatch, found)
+        heard = [
+            (name,) if name.startswith("Move") else (name, *values)
+            for name, values in calls
+            if name in {"setDO", "waitDI", "Pause", "MoveJ", "MoveL", "MoveC", "setSpeed"}
+        ]
+        assert heard == wanted
+        assert ("setAcceleration", (1e3 * found.cell.acceleration,)) in calls
+        roundings = {values[0] for name, values in calls if name == "setRounding"}
+        assert roundings <= {-1.0, 1e3 * found.cell.approximation}
+
+
 def test_the_robodk_wrist_turns_back_at_the_krl_pace(monkeypatch):
     """MoveJ of an unwinding: one turn of axis 6 at its speed takes what the plan says; then back to the exact pose."""
     found = planned("arcs")
@@ -348,6 +411,18 @@ def test_headers_say_what_the_lab_must_know():
     assert "; Motor: on with $OUT[5], waits for $IN[7], $IN[8]; off on a stop" in src
     assert "; Load: 1.2 kg" in src
     assert "; At the end the arm goes up by 100 mm" in src
+
+
+def test_the_files_of_a_changed_scenario_have_another_name_than_the_preset_s():
+    """Both go into one folder; neither takes the other's place."""
+    row = load("nose-first/table1-row1").replaced({"run.duration": 20.0})
+    preset = row.replaced({"name": "mine"})  # a name of its own
+    slower = row.replaced({"drive.velocity": (5e-4, 0.0, 0.0)})
+    names = [sorted(programme_texts(plan(each, EQUIPPED), accept_unbounded=True))[0] for each in (row, slower, preset)]
+    assert names[2] == "mine.dat"
+    for name, each in zip(names, (row, slower), strict=False):
+        assert name == f"nose_first_table1_{each.hash[:6]}.dat"
+        assert checked_name(name.removesuffix(".dat"))
 
 
 def test_a_course_that_is_not_sure_is_refused_with_the_remedy():

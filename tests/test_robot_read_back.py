@@ -155,6 +155,9 @@ time [s],x [mm],y [mm],z [mm],a [deg],b [deg],c [deg]
         ("1,1,0", "1,one,0", "line 5: column 2"),
         ("1,1,0", "1,nan,0", "line 5: column 2"),
         ("\n1,1,0,150,0,0,0", "", "two rows"),
+        ("# pose: tool", "# frame: base\n# pose: tool", "both '# frame: lab' and '# frame: base'"),
+        ("z [mm]", "z [m]", "line 4: z must be within 100 m either way; got 150 m; check its unit"),
+        ("1,1,0,150,0,0,0", "1,1,0,150,0,361,0", "line 5: b must be within 6.28 rad either way"),
     ],
 )
 def test_bad_logs_are_refused(tmp_path, old, new, words):
@@ -166,6 +169,37 @@ def test_bad_logs_are_refused(tmp_path, old, new, words):
     assert words in str(caught.value)
     with pytest.raises(FileError):
         read_log(tmp_path / "none.csv", CELL)
+
+
+def log_with_motor(tmp_path, interval, motor, rows=60):
+    """A log of a magnet that stands above the origin, with a column of motor angles (deg) by the time (s)."""
+    times = interval * np.arange(rows)
+    lines = [f"{time:.6f},{1e-3 * time:.6f},0,150,0,0,0,{motor(time):.6f}" for time in times]
+    marks, heads = GOOD.splitlines()[:2], GOOD.splitlines()[2] + ",motor [deg]"
+    (tmp_path / "log.csv").write_text("\n".join([*marks, heads, *lines]) + "\n")
+    return read_log(tmp_path / "log.csv", CELL)
+
+
+def test_a_motor_recorded_within_a_turn_too_seldom_is_refused(tmp_path):
+    """3.3 Hz in rows of 0.9 s would read as -0.03 Hz; in rows of 0.1 s, or without jumps in any rows, it is 3.3 Hz."""
+    per_second = 360.0 * CIRCLE.drive.frequency
+    seldom = log_with_motor(tmp_path, 0.9, lambda time: (per_second * time) % 360.0)
+    for use in (lambda log: replayed(CIRCLE, log, "log"), lambda log: measured_jitter(CIRCLE, log, "log")):
+        with pytest.raises(InputError, match=r"makes 2\.97 turns; record it at least every 0\.13 s, or without jumps"):
+            use(seldom)
+    often = log_with_motor(tmp_path, 0.1, lambda time: (per_second * time) % 360.0)
+    whole = log_with_motor(tmp_path, 0.9, lambda time: per_second * time)
+    for log in (often, whole):
+        assert measured_jitter(CIRCLE, log, "log").frequency_error == pytest.approx(0.0, abs=1e-6)
+        assert np.abs(replayed(CIRCLE, log, "log").drive.path.phase).max() < 1e-6
+
+
+def test_motors_that_jump_back_or_turn_the_other_way_are_refused(tmp_path):
+    per_second = 360.0 * CIRCLE.drive.frequency
+    with pytest.raises(InputError, match=r"motor jumps back by 6\d\d deg, and is not within one turn"):
+        log_with_motor(tmp_path, 0.05, lambda time: (per_second * time) % 720.0)
+    with pytest.raises(InputError, match="turns the other way round"):
+        measured_jitter(CIRCLE, log_with_motor(tmp_path, 0.1, lambda time: -per_second * time), "log")
 
 
 def test_a_tool_that_rolls_takes_the_magnet_with_it():

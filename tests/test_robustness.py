@@ -68,6 +68,19 @@ def test_streams_that_take_nothing(line, status, said):
     assert (found.returncode, found.stderr) == (status, said)
 
 
+@pytest.mark.parametrize("locale", ["LC_ALL=C PYTHONUTF8=0 PYTHONCOERCECLOCALE=0", "PYTHONIOENCODING=ascii"])
+def test_a_terminal_without_the_signs_gets_others(tmp_path, locale):
+    """A scenario's name that ASCII cannot show; and a file whose name is no text in any encoding."""
+    text = hm.load("nose-first/fig3c").to_toml().replace('name = "nose-first/fig3c"', 'name = "gr\u00f6\u00dfer"')
+    assert "gr\u00f6\u00dfer" in text
+    (tmp_path / "a.toml").write_text(text, encoding="utf-8")
+    found = shell(f"cd {tmp_path}; {locale} {HELIMAG} doctor a.toml; {locale} {HELIMAG} cite $'b\\xff.toml'")
+    assert found.returncode == 2
+    assert "gr\\xf6\\xdfer" in found.stdout
+    assert found.stderr.count("\n") == 1
+    assert "a TOML file; 'b\\udcff.toml' is neither" in found.stderr
+
+
 def test_a_run_whose_reader_has_gone_is_still_written(tmp_path):
     target = tmp_path / "run.nc"
     run = f"{HELIMAG} simulate nose-first/fig3c --duration '2 s' --no-orbit -o {target}"
@@ -87,17 +100,18 @@ def test_a_file_opened_with_standard_output_closed_does_not_get_what_is_printed(
 
 
 @pytest.mark.parametrize("command", ["simulate nose-first/fig3c --duration '1 s' --no-orbit", "doctor"])
-@pytest.mark.parametrize("name", ["HOME", "WARP_CACHE_PATH"])
+@pytest.mark.parametrize("name", ["HOME", "WARP_CACHE_PATH", "XDG_CACHE_HOME"])
 def test_a_folder_for_kernels_that_cannot_be_made(tmp_path, command, name):
     file = tmp_path / "file"
     file.touch()
     environment = {"HOME": str(tmp_path), name: str(file / "below")}
-    unset = "XDG_CACHE_HOME" + (" WARP_CACHE_PATH" if name == "HOME" else "")
+    unset = " ".join({"XDG_CACHE_HOME", "WARP_CACHE_PATH"} - {name})
     found = shell(f"unset {unset}; {HELIMAG} {command}", **environment)
     assert (found.returncode, found.stdout) == (2, "")
     assert found.stderr.count("\n") == 1
     assert found.stderr.startswith(f"helimag: the folder of compiled kernels, {file}")
-    assert "Not a directory; let HOME, or WARP_CACHE_PATH, name a folder that can be written" in found.stderr
+    at_fault = "XDG_CACHE_HOME" if name == "XDG_CACHE_HOME" else "HOME"
+    assert f"Not a directory; let {at_fault}, or WARP_CACHE_PATH, name a folder that can be written" in found.stderr
 
 
 def test_no_room_for_compiled_kernels(tmp_path):

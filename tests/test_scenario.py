@@ -1,5 +1,6 @@
 """Scenarios: presets and their marks, TOML there and back, refusals that name field, value and expectation."""
 
+import hashlib
 import json
 import math
 
@@ -402,6 +403,20 @@ def test_a_changed_value_loses_its_mark():
     assert not any(key.startswith("device.head") for key in whole)
     assert "workspace.walls" not in base.replaced({"workspace.walls.x": ["-1 m", "1 m"]}).provenance
     assert base.drive.pitch == hm.load("nose-first/table1-row1").drive.pitch
+
+
+@pytest.mark.parametrize("name", ["paper/fig3c", "nose-first/table1-row3"])
+def test_the_hash_is_that_of_all_that_decides_as_json(name):
+    """It is put together from texts that parts keep, which no copy may inherit."""
+    scenario = hm.load(name)
+    assert len(scenario.hash) == 64
+    held = scenario.model_copy(update={"workspace": scenario.workspace.model_copy(update={"floor": -0.07})})
+    marked = scenario.replaced({"magnet.moment_uncertainty": 0.1}) if scenario.magnet[0].grade is None else scenario
+    for one in (scenario, held, scenario.replaced({"drive.pitch": 0.1}), marked):
+        whole = json.dumps(one.decisive, sort_keys=True)
+        assert one.hash == hashlib.sha256(whole.encode()).hexdigest()
+    assert held.hash != scenario.hash == marked.hash
+    assert {field for field, _ in scenario.workspace} == set(type(scenario.workspace).model_fields)
 
 
 def test_scenarios_are_frozen_and_hash_what_decides():

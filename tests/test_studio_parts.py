@@ -22,7 +22,7 @@ from helimag.studio.answer import Stage  # noqa: E402
 from helimag.studio.downloads import as_csv, file_name, zipped  # noqa: E402
 from helimag.studio.jobs import Job  # noqa: E402
 from helimag.studio.knobs import BY_PATH, CHOICES, DIRECTION, KNOBS, present  # noqa: E402
-from helimag.studio.live import Live, first_run  # noqa: E402
+from helimag.studio.live import Live, beginning, leapt  # noqa: E402
 from helimag.studio.mapping import NODES, STEPS, Axis2D, MapPlane, gain_cells  # noqa: E402
 from helimag.studio.panels.tour import Side, stops  # noqa: E402
 from helimag.studio.picture import overlaid, pictured  # noqa: E402
@@ -199,7 +199,7 @@ LONG = SHORT.replaced({"run.duration": "1200 s"})
 
 def test_a_long_run_is_first_answered_by_leaps():
     """All of it, close to the run itself."""
-    first = first_run(LONG, lambda _: None)
+    first = leapt(LONG, lambda _: None)
     assert first.dataset["time"].values[-1] == 1200.0
     assert first.dataset.attrs["share_of_turns_leapt_over"] > 0.5
     assert first.gain == pytest.approx(hm.simulate(LONG).gain, rel=1e-4)
@@ -213,13 +213,32 @@ def test_the_whole_answer_is_of_the_run_itself():
     assert news[-2].answer.gain == hm.simulate(LONG).gain
 
 
+def test_a_run_that_leaps_gave_is_not_made_again(monkeypatch):
+    made = []
+    simulate = hm.simulate
+    monkeypatch.setattr(
+        "helimag.studio.live.simulate", lambda *given, **more: made.append(1) or simulate(*given, **more)
+    )
+    monkeypatch.setattr("helimag.studio.live.TEDIOUS", 1e9)  # however slow the machine is
+    news, _ = heard(lambda live: live.ask(LONG))
+    assert len(made) == 1
+    assert [given.stage for given in news] == [Stage.WHOLE, Stage.AFTERWARDS]
+    assert news[0].run is news[1].run
+    news, _ = heard(lambda live: live.ask(SHORT))
+    assert len(made) == 2
+    assert [given.stage for given in news] == [Stage.WHOLE, Stage.AFTERWARDS]
+
+
 def test_without_leaps_the_beginning_is_the_first_answer(monkeypatch):
     """Where walls hold; and where the device slips, so that leaps take as long as the run."""
-    held = first_run(LONG.replaced({"workspace.contact": "hold", "workspace.floor": "-60 mm"}), lambda _: None)
-    assert held.dataset["time"].values[-1] == pytest.approx(200.0)
+    assert leapt(LONG.replaced({"workspace.contact": "hold", "workspace.floor": "-60 mm"}), lambda _: None) is None
     monkeypatch.setattr("helimag.studio.live.TEDIOUS", -1.0)
     monkeypatch.setattr("helimag.engine.running.PATIENCE", 1e-4)  # so that it is looked at before it ends
-    assert first_run(LONG, lambda _: None).dataset["time"].values[-1] == pytest.approx(200.0)
+    assert leapt(LONG, lambda _: None) is None
+    assert beginning(LONG, lambda _: None).dataset["time"].values[-1] == pytest.approx(200.0)
+    news, _ = heard(lambda live: live.ask(LONG))
+    assert {given.stage for given in news} >= {Stage.WHOLE, Stage.AFTERWARDS}
+    assert all(given.run.dataset["time"].values[-1] == 200.0 for given in news if given.stage is Stage.FIRST)
 
 
 def test_the_outlook_waits_for_the_hand(monkeypatch):

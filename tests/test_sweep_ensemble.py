@@ -13,6 +13,7 @@ from helimag import calibration as cal
 from helimag import plots
 from helimag.errors import InputError
 from helimag.outcomes import End, Verdict
+from helimag.runs.shares import in_percent, wilson
 from helimag.sweeps import estimate, export, load_plan, nodes_of, parse_plan, resolve, with_ensemble
 
 # a row of Table I that has come to the surface, the floor or neither after 12 s, as its device and its magnet have it
@@ -148,13 +149,13 @@ def test_short_runs_are_made_more_at_once_as_far_as_their_samples_fit(monkeypatc
     from helimag.sweeps import compute
 
     base = hm.load("nose-first/fig3c").replaced({"run.duration": 0.5, "run.interval": 0.025})
-    scenarios = [base.replaced({"drive.pitch": 0.001 * i}) for i in range(130)]
+    scenarios = [base.replaced({"drive.pitch": 0.0005 * i}) for i in range(520)]
     advance, sizes = compute.advance, []
     monkeypatch.setattr(compute, "advance", lambda batch, **rest: sizes.append(len(batch)) or advance(batch, **rest))
     whole = compute.compute(scenarios)
     monkeypatch.setattr(compute, "SAMPLES_AT_ONCE", 1300)
     parts = compute.compute(scenarios)
-    assert sizes == [128, 2, 65, 65]
+    assert sizes == [512, 8, 65, 65, 65, 65, 65, 65, 65, 65]
     for name, values in whole.items():
         np.testing.assert_array_equal(parts[name], values, err_msg=name)
 
@@ -219,6 +220,11 @@ def test_the_command_with_an_ensemble(place, helimag, swept, monkeypatch):
     told = json.loads(out)["ensemble"]
     assert told["draws"] == 6
     assert told["most_inside"] == swept["probability_inside"].values.max()
+    assert told["most_inside_95"] == list(wilson(told["most_inside"], 6))
+    low, most = (in_percent(share) for share in (told["most_inside_95"][0], told["most_inside"]))
+    words = helimag("sweep", "plain.toml", *options, "-o", "c.zarr")[1]
+    assert f" to {most}% ({low}% to " in words
+    assert "stay to the end, with 95 % confidence at each point" in words
     for name in ("gain", "gain_p95", "probability_wall_limited"):
         assert np.array_equal(hm.load_sweep("c.zarr")[name].values, swept[name].values)
     rows = list(csv.DictReader((place / "c.csv").read_text(encoding="utf-8").splitlines()))

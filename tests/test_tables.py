@@ -193,3 +193,13 @@ def test_a_motor_angle_within_a_turn_is_unwrapped_or_refused():
     assert unwrapped(even).tolist() == even.tolist()
     with pytest.raises(InputError, match="its sense cannot be told"):
         unwrapped(np.radians(170.0) * np.arange(600) % (2.0 * math.pi))
+
+
+def test_zeros_in_the_place_of_a_position_are_refused_and_a_way_through_the_origin_is_not(tmp_path):
+    head, path = "time [s],x [mm],y [mm],z [mm]\n", tmp_path / "t.csv"
+    path.write_text(head + "0,10,20,30\n1,10.1,20,30\n2,0,0,0\n3,10.3,20,30\n4,10.4,20,30\n")
+    with pytest.raises(InputError, match="line 4: x, y and z are 0, far from the rows before and after; leave"):
+        import_track(path, initial_gap=0.1)
+    for through in ("0,0,0,0\n1,1,0,0\n2,2,0,0\n", "0,-1,0,0\n1,0,0,0\n2,0,0,0\n3,0,0,0\n4,0,0,-1\n"):
+        path.write_text(head + through)
+        assert import_track(path, initial_gap=0.1).dataset["time"].size == through.count("\n")

@@ -99,8 +99,9 @@ def test_staged_runs_end_to_end(kind: Kind, true_rig: Rig, calibration: Calibrat
     assert np.degrees(result.attack_rms) < 1.0
     assert result.samples > 0.6 * result.frames
     size = output(run)
-    assert size.low <= truth.judgement.output <= size.high
-    assert size.sd < 0.1e-3
+    # one 95 % interval of twenty misses; benchmarks/vision_seeds.py counts them over many rigs
+    assert size.low - size.sd <= truth.judgement.output <= size.high + size.sd
+    assert size.sd < 0.02e-3
     assert float(run.dataset.attrs["clock_offset"]) == pytest.approx(DRAFT.clock_offset, abs=5e-3)
 
 

@@ -83,8 +83,9 @@ def test_oblique_cameras_calibrate_and_say_how_well(calibration: Calibration, tr
     points = np.random.default_rng(0).uniform([0.02, -0.02, -0.035], [0.14, 0.02, 0.002], (200, 3))
     found, _ = calibration.rig.triangulate(*(camera.project(points) for camera in true_rig.cameras))
     off = np.linalg.norm(found - points, axis=1)
-    assert off.max() < 0.06e-3
-    assert calibration.report["position_sd_mm"] < 0.02
+    assert off.max() < 0.012e-3
+    assert calibration.report["position_sd_mm"] < 0.004
+    assert max(calibration.report["joint_rms_px"].values()) < 0.02
     assert calibration.report["oil_index"] == pytest.approx(1.40, abs=2e-3)
     shifts = calibration.rig.shifts(found)
     covariance = np.einsum("kni,knj->nij", shifts, shifts)

@@ -48,7 +48,9 @@ class Examination:
 
 def examine() -> Examination:
     """Look at versions, devices and extras, and run Fig. 3(C) for 10 s against the stored reference state."""
-    reference = json.loads((resources.files("helimag") / "presets" / "reference_state.json").read_text())
+    reference = json.loads(
+        (resources.files("helimag") / "presets" / "reference_state.json").read_text(encoding="utf-8")
+    )
     run = simulate(load(reference["preset"]), duration=reference["time_s"])
     error = float(np.linalg.norm(run.final_state[:3] - reference["state"][:3]))
     findings = {

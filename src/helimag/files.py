@@ -88,6 +88,11 @@ def _harmless(cell: str) -> str:
 def toml_tables(text: str, source: str) -> dict[str, Any]:
     """Read TOML text; ``source`` names it in messages.
 
+    Returns
+    -------
+    dict
+        Tables and values by key, as :mod:`tomllib` gives them.
+
     Raises
     ------
     InputError
@@ -103,6 +108,11 @@ def toml_tables(text: str, source: str) -> dict[str, Any]:
 
 def text_of(path: str | Path, *, missing: str | None = None) -> str:
     """The text of a UTF-8 file; ``missing`` is what to say where there is none, if more than that.
+
+    Returns
+    -------
+    str
+        All of it.
 
     Raises
     ------

@@ -43,6 +43,11 @@ class Term(StrEnum):
     def of(cls, value: object) -> Self:
         """The member of this word or number.
 
+        Returns
+        -------
+        Self
+            What equals it.
+
         Raises
         ------
         InputError

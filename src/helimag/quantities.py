@@ -196,6 +196,11 @@ def _scaled(number: float, factor: float) -> float:
 def parse(text: str, kind: Kind) -> float:
     """Read a quantity such as ``"150 mm"`` and return it in SI (angles in radians).
 
+    Returns
+    -------
+    float
+        SI; radians of an angle.
+
     Raises
     ------
     InputError
@@ -227,6 +232,11 @@ def parse(text: str, kind: Kind) -> float:
 
 def show(value: float, kind: Kind) -> str:
     """Write an SI value as text that :func:`parse` turns back into exactly the same number.
+
+    Returns
+    -------
+    str
+        Number and unit.
 
     Examples
     --------

@@ -12,6 +12,7 @@ from helimag.calibration.drawing import drawn
 from helimag.calibration.fit import SHARES, Posterior
 from helimag.engine import DEFAULT, TOLERANCE, History, advance, method_named, start_state
 from helimag.ensembles import Ensemble, Noise, finished
+from helimag.runs.shares import in_percent
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -64,7 +65,9 @@ class Prediction:
         found = self.numbers
         last = 1e3 * self.heights[:, -1]
         lines = [
-            f"{each['verdict']}: {each['probability']:.0%} ({each['low_95']:.0%} to {each['high_95']:.0%})"
+            "{}: {}% ({}% to {}%)".format(
+                each["verdict"], *(in_percent(each[name]) for name in ("probability", "low_95", "high_95"))
+            )
             for each in found["outcomes"]
         ]
         bands = (

@@ -194,7 +194,9 @@ def print_basin(
     output: list[Path] | None,
     json: bool,
 ) -> None:
-    share = float(caught.captured.mean())
+    from helimag.runs.shares import in_percent
+
+    share, interval = caught.share, caught.interval
     if json:
         agreed = None
         if compared is not None:
@@ -213,8 +215,10 @@ def print_basin(
                 "starts": int(caught.ends.size),
                 "volume_m3": caught.volume,
                 "captured_share": share,
+                "captured_share_95": list(interval),
                 "ends": tally,
                 "duration_s": caught.duration,
+                "longest_decay_s": -1.0 / caught.orbit.growth,
                 "reaches_edge": caught.reaches_edge,
                 "agreement": agreed,
             }
@@ -223,7 +227,11 @@ def print_basin(
         return
     print(f"{caught.orbit.scenario.title}: {caught.text}")
     sides = " x ".join(f"{1e3 * side:.0f}" for side in box[1] - box[0])
-    print(f"  captured      {100.0 * share:.0f} % of the box of {sides} mm")
+    low, high = map(in_percent, interval)
+    print(f"  captured      {in_percent(share)} % of the box of {sides} mm; {low} to {high} %, with 95 % confidence")
+    if caught.hasty:
+        decay = -1.0 / caught.orbit.growth
+        print(f"  runs          end before the orbit's longest decay time, {decay:.0f} s: the rest may come yet")
     if caught.reaches_edge:
         print("  box           the basin goes on beyond it: the volume is that within, choose a larger --box for more")
     if compared is not None:

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from pathlib import Path
-from statistics import fmean, pstdev
+from statistics import fmean, stdev
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -65,7 +65,8 @@ def print_outcome(kind: str, runs: "Sequence[Judgement]") -> None:
     gains = [each.gain for each in runs]
     tally = Counter(each.verdict for each in runs)
     counts = ", ".join(f"{count} {verdict}" for verdict, count in tally.items())
-    print(f"  {kind:16s} gain {fmean(gains):.4f} +- {pstdev(gains):.4f}   {counts}")
+    spread = f"+- {stdev(gains):.4f}" if len(gains) > 1 else "(one run)"
+    print(f"  {kind:16s} gain {fmean(gains):.4f} {spread:9s}   {counts}")
 
 
 def print_plan(found: dict[str, Any]) -> None:

@@ -1,5 +1,6 @@
-"""Standard output and error as they may be: closed, a pipe that nobody reads any more, a full disk."""
+"""Standard output and error as they may be: closed, a pipe that nobody reads any more, a full disk, not in UTF-8."""
 
+import io
 import os
 import sys
 from collections.abc import Iterator
@@ -19,6 +20,8 @@ class _Guarded:
     """A text stream whose first failure ends it for good, so that nothing is said of it when Python ends either."""
 
     def __init__(self, stream: TextIO, *, must_be_heard: bool) -> None:
+        if isinstance(stream, io.TextIOWrapper):  # a sign that the terminal has not, or that a file's name is no text
+            stream.reconfigure(errors="backslashreplace")
         self._stream = stream
         self._must_be_heard = must_be_heard
 

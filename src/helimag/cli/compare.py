@@ -56,6 +56,8 @@ def compare(
     within = interval_text(ours["gain_95"], 4)
     if not comparison.really_measured:
         print(f"note          the run taken as measured is a simulation itself ({ours['source']}: {measured.name})")
+    for doubt in numbers["doubts"]:
+        print(f"note          {doubt}")
     print(f"{'':14s}{'measured':>12s}{'simulated':>12s}")
     print(f"{'gain':14s}{ours['gain']:12.4f}{theirs['gain']:12.4f}   measured {within}")
     print(f"{'|y| (mm)':14s}{1e3 * ours['output_y_m']:12.3f}{1e3 * theirs['output_y_m']:12.3f}")

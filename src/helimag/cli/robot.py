@@ -106,7 +106,7 @@ def program(
     output
         Folder for the files, made where there is none.
     name
-        Name of the programme; default made of the scenario's name.
+        Name of the programme; default made of the scenario's name, and where it was changed of its hash.
     accept_unbounded
         Write although the simulated run is not bounded, or the device leaves when it goes on; the header then warns.
     spline

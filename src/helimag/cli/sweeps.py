@@ -1,6 +1,5 @@
 """The command that makes many runs: sweep."""
 
-import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -140,8 +139,7 @@ def _print_result(dataset: Any, store: Path, output: list[Path] | None, json: bo
         told = _devices_told(plan.ensemble.draws, dataset)
         report |= {"runs": report["runs"] * (1 + plan.ensemble.draws), "ensemble": told}  # as --dry-run counts them
         lines.append(
-            f"  with the likeliest device; of {told['draws']} drawn ones, the same at each point, "
-            f"{told['least_inside']:.0%} to {told['most_inside']:.0%} stay to the end"
+            f"  with the likeliest device; of {told['draws']} drawn ones, the same at each point, {_staying(told)}"
         )
     if boundary is not None:
         line = sweeps.boundary_line(dataset, boundary.verdict)
@@ -165,13 +163,34 @@ def _print_result(dataset: Any, store: Path, output: list[Path] | None, json: bo
 
 
 def _devices_told(draws: int, dataset: Any) -> dict[str, Any]:
-    """How many devices each point was run with, and the least and the largest share of them that stay."""
+    """How many devices each point was run with, and the least and the largest share of them that stay.
+
+    With each goes where the share of all such devices lies at that point, with 95 per cent. None where none was run.
+    """
     import numpy as np
+
+    from helimag.runs.shares import wilson
 
     staying = dataset["probability_inside"].values
     known = staying[np.isfinite(staying)]
-    ends = (float(known.min()), float(known.max())) if known.size else (math.nan, math.nan)
-    return {"draws": draws, "least_inside": ends[0], "most_inside": ends[1]}
+    told: dict[str, Any] = {"draws": draws}
+    for name, pick in (("least_inside", np.min), ("most_inside", np.max)):
+        share = float(pick(known)) if known.size else None
+        told |= {name: share, f"{name}_95": None if share is None else list(wilson(share, draws))}
+    return told
+
+
+def _staying(told: dict[str, Any]) -> str:
+    """How many of the devices stay, in words."""
+    from helimag.runs.shares import in_percent
+
+    if told["least_inside"] is None:
+        return "none has been run"
+    ends = []
+    for name in ("least_inside", "most_inside"):
+        share, low, high = map(in_percent, (told[name], *told[f"{name}_95"]))
+        ends.append(f"{share}% ({low}% to {high}%)")
+    return f"{' to '.join(ends)} stay to the end, with 95 % confidence at each point"
 
 
 def describe(line: Any, dataset: Any) -> str:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from helimag.orbits import Orbit, StableInterval
 from helimag.outcomes import Verdict
-from helimag.runs.shares import wilson
+from helimag.runs.shares import in_percent, wilson
 from helimag.scenario import Input, Scenario
 
 
@@ -68,7 +68,6 @@ class Design:
             f"speed {1e3 * self.orbit.speed:.4g} mm/s, radius {1e3 * self.orbit.radius:.4g} mm; "
             f"{total} full runs of {self.duration:.0f} s from {place}, {how}: {tally}"
         )
-        if not self.tolerances:
-            share, low, high = self.probability
-            lines.append(f"bounded with a probability of {share:.0%} ({low:.0%} to {high:.0%})")
+        share, low, high = map(in_percent, self.probability)
+        lines.append(f"bounded with a probability of {share}% ({low}% to {high}%, with 95 % confidence)")
         return "\n".join(lines)

@@ -53,6 +53,11 @@ def design(
     progress
         Called with a rough fraction done, some times a second. What it raises stops the search.
 
+    Returns
+    -------
+    Design
+        The inputs, their orbit with its margin, tolerances or probabilities, and how the full runs ended.
+
     Raises
     ------
     InputError

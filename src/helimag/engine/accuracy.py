@@ -83,6 +83,11 @@ def accuracy_of(
 ) -> Accuracy:
     """Run again with finer steps, and compare; ``tolerance``, ``method`` and ``device`` are those of the run.
 
+    Returns
+    -------
+    Accuracy
+        What the two runs differ by (m), until and after the first loss of step, and whether the end can be foretold.
+
     Raises
     ------
     RunError

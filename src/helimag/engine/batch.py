@@ -3,7 +3,8 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ Floats = NDArray[np.float64]
 
 TOLERANCE = 3e-7  # of one step; positions are then within 1e-8 m after 100 s on the reference runs
 FIRST_STEP = 1e-3  # of a turn of the magnet
+FEWEST_TURNS = 36.0  # of a run that leaps: in fewer the turns followed cost more than they save, by benchmarks/leaps.py
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,19 @@ def started(system: System, scenarios: Sequence[Scenario], states: Floats) -> ND
     progress: Any = structs(Progress, rows)
     progress["leap"]["ready"] = [first_leap(system, scenario.drive) for scenario in scenarios]
     return np.asarray(progress)
+
+
+def method_for(system: System, scenario: Scenario, method: Method) -> Method:
+    """What takes a run's steps: leaps only where there are turns enough, and a frame moves with the drive."""
+    turns = abs(scenario.drive.frequency) * scenario.run.duration
+    if method.leaps and (turns < FEWEST_TURNS or math.isinf(first_leap(system, scenario.drive))):
+        return _without_leaps(method)
+    return method
+
+
+@cache
+def _without_leaps(method: Method) -> Method:
+    return replace(method, leaps=False)
 
 
 def first_leap(system: System, drive: Drive) -> float:
@@ -111,7 +126,9 @@ class Batch:
         ]
         self._progress = wp.array(progress, dtype=Progress, device=settings.device)
         self._read_progress = reader(self._progress)
-        self._times = [sample_times(scenario) for scenario in scenarios]
+        runs = {(run.duration, run.sample_interval): run for run in (scenario.run for scenario in scenarios)}
+        times = {key: sample_times(run) for key, run in runs.items()}  # of a sweep, most often one
+        self._times = [times[scenario.run.duration, scenario.run.sample_interval] for scenario in scenarios]
         most = max(times.size for times in self._times)
         self._records = wp.zeros((len(scenarios), most), dtype=Record, device=settings.device)
         self._read_records = reader(self._records)
@@ -150,6 +167,7 @@ class Batch:
         """What has been recorded so far; may be called while another thread advances the runs."""
         stand, records = self._stand, self._read_records()
         share = (time.perf_counter() - self._begun) / len(self.scenarios)
+        ends = {flag: End.of(flag) for flag in set(stand["status"].tolist())}
         names = ("status", "sample", "time", "steps", "rejected")
         numbers = zip(*(stand[name].tolist() for name in names), strict=True)  # one by one takes longer
         found = []
@@ -161,7 +179,7 @@ class Batch:
                 scenario=self.scenarios[run],
                 time=times,
                 records=records[run, :count].copy(),
-                status=End.of(status),
+                status=ends[status],
                 steps=steps,
                 rejected=rejected,
                 wall_time=share,

@@ -9,7 +9,15 @@ from helimag.engine.charts import from_chart, to_chart
 from helimag.engine.leaps import Curve, next_turn, weights_at
 from helimag.engine.moving import to_lab
 from helimag.engine.progress import Progress
-from helimag.engine.samples import Record, Schedule, record_of, sample_time, statistics_from, statistics_with
+from helimag.engine.samples import (
+    Record,
+    Schedule,
+    record_of,
+    sample_time,
+    statistics_from,
+    statistics_with,
+    turned_within,
+)
 from helimag.engine.system import System
 from helimag.engine.turn_memory import (
     FINE,
@@ -26,7 +34,9 @@ from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, attack_angle
 from helimag.physics.magnetics import FieldSource
 
+ZERO = wp.constant(wp.float64(0.0))
 ONE = wp.constant(wp.float64(1.0))
+TWO = wp.constant(wp.float64(2.0))
 TURN_PARTS = wp.constant(wp.float64(int(LOOKS)))
 COUNT = wp.constant(wp.float64(NODES))
 TWO_PI = wp.constant(wp.float64(2.0 * math.pi))
@@ -95,6 +105,10 @@ def build_turn_filled(system: System) -> wp.Function:
         attacks = attacks_between(memory, run, first, count, weights)
         attack = attack_angle(begin)
         climb = attack_angle(end) - attack
+        # in the lab: the moving frame rises with the drive
+        bottom = begin[2] + start * drive.velocity[2]
+        rise = end[2] - begin[2] + period * drive.velocity[2]
+        left = heights[0] - heights[LOOKS - 1] + rise / TURN_PARTS
         due = sample_time(schedule, p.sample)
         last = start
         for i in range(LOOKS):
@@ -113,9 +127,15 @@ def build_turn_filled(system: System) -> wp.Function:
                 p.sample += 1
                 last = due
                 due = sample_time(schedule, p.sample)
-            height = t * drive.velocity[2] + begin[2] + share * (end[2] - begin[2]) + heights[i]
+            height = bottom + share * rise + heights[i]
             p.statistics.low = wp.min(p.statistics.low, height)
             p.statistics.high = wp.max(p.statistics.high, height)
+            right = heights[(i + 1) % LOOKS] - heights[i] + rise / TURN_PARTS  # the turn after is like this one
+            if left * right < ZERO:  # the parabola through this height and those before and after
+                bend = TWO * (right - left)
+                tilt = left + right
+                p.statistics = turned_within(p.statistics, height - left, tilt - bend, height + right, tilt + bend)
+            left = right
             if (i + 1) % FINE == 0:
                 angle = attack + share * climb + attacks[(i + 1) // FINE - 1]
                 p.statistics = statistics_with(p.statistics, t - last, height, angle)

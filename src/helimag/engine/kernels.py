@@ -30,6 +30,11 @@ def ready(build: Callable[[], wp.Kernel], device: str) -> wp.Kernel:
 
     One thread at a time: Warp's modules, and the kernels kept for a system, are not made for two.
 
+    Returns
+    -------
+    wp.Kernel
+        Loaded, so that a launch takes no time but its own.
+
     Raises
     ------
     InputError

@@ -44,10 +44,9 @@ MOST_TURNS = wp.constant(100)  # of a leap
 FIRST_LOOK = wp.constant(0)  # turn of a leap after which room is looked at
 TRIAL = wp.constant(14)  # leaps after which they must be worth while
 WORTH = wp.constant(2)  # turns that they must be long by then
-RETRY = wp.constant(wp.float64(2.0))  # turns until the next try, after one that came to nothing
+RETRY = wp.constant(wp.float64(2.0))  # turns until the next try, after one that came to nothing; then twice as many
 LONG_RETRY = wp.constant(wp.float64(32.0))
 ROOM = wp.constant(wp.float64(3.0))  # times what a turn reaches, to be kept clear of anything that ends a run
-NEAR_RETRY = wp.constant(wp.float64(8.0))  # after one that found no room
 LEAST_ROOM = wp.constant(wp.float64(1e-4))  # m
 BEFORE_END = wp.constant(wp.float64(1.0 - 1e-9))  # of the duration: the last sample is a step's
 FINE_TOLERANCE = wp.constant(wp.float64(LEAST_STEPS_TOLERANCE))
@@ -92,6 +91,14 @@ def given_up(p: Progress, turns: wp.float64, period: wp.float64) -> Progress:
     after.leap.fine = 0
     after.leap.ready = p.time + turns * period
     return after
+
+
+@wp.func
+def put_off(p: Progress, period: wp.float64) -> Progress:
+    """Leaping ended for now: each time that nothing came of it in a row, for twice as long as the time before."""
+    after = p
+    after.leap.wait = wp.clamp(wp.float64(2.0) * p.leap.wait, RETRY, LONG_RETRY)
+    return given_up(after, after.leap.wait, period)
 
 
 @wp.func
@@ -228,10 +235,10 @@ def first_followed(
     p.leap.stage = COLUMNS
     p.leap.column = 0
     p.leap.reference = p.leap.aim
-    if not turn.cosine > IN_STEP:
-        p = given_up(p, RETRY, period)
-    elif room_at(drive, magnets, bounds, p.time, p.state) < room_needed(turn, drive, bounds, period, p.leap.aim):
-        p = given_up(p, NEAR_RETRY, period)
+    if not turn.cosine > IN_STEP or room_at(drive, magnets, bounds, p.time, p.state) < room_needed(
+        turn, drive, bounds, period, p.leap.aim
+    ):
+        p = put_off(p, period)
     return p
 
 
@@ -315,7 +322,7 @@ def guess_followed(
         p.leap.stage = CORRECTING
         p.leap.aim = from_chart(reference, way.end)
     elif turns == 1:
-        p = given_up(p, RETRY, period)
+        p = put_off(p, period)
     elif near:
         p.leap.stride = wp.max(1, turns // 4)
     else:
@@ -364,8 +371,10 @@ def build_leapt(system: System) -> wp.Function:
             p.leap.stage = COLUMNS
             p.leap.column = 0
             p.leap.reference = p.leap.aim
-        if p.leap.known > TRIAL and p.leap.stride < WORTH:
-            p = given_up(p, LONG_RETRY, period)
+        if p.leap.known > TRIAL:
+            p.leap.wait = ZERO
+            if p.leap.stride < WORTH:
+                p = given_up(p, LONG_RETRY, period)
         return p
 
     return leapt
@@ -403,7 +412,7 @@ def build_tried(system: System) -> wp.Function:
         period = TWO_PI / wp.abs(drive.spin_rate)
         if p.leap.stage == BEGINNING:
             if room_at(drive, magnets, bounds, p.time, p.state) < LEAST_ROOM:
-                return given_up(p, NEAR_RETRY, period)
+                return put_off(p, period)
             p = begun(drive, p)
         elif p.leap.stage == COLUMNS:
             p = column_aimed(control, memory, run, p)
@@ -438,7 +447,7 @@ def build_tried(system: System) -> wp.Function:
         elif turn.cosine > IN_STEP:
             p = leapt(turn, body, around, drive, magnets, schedule, memory, run, p, records)
         else:
-            p = given_up(p, RETRY, period)
+            p = put_off(p, period)
         return p
 
     return tried

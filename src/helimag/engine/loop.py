@@ -22,6 +22,7 @@ from helimag.engine.samples import (
     sample_time,
     statistics_from,
     statistics_with,
+    turned_within,
 )
 from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates, clear_of_walls, leaps_hold
@@ -153,8 +154,11 @@ def _leaping_parts(system: System) -> tuple[wp.Function, wp.Function]:
 
 
 def build_advance(system: System, method: Method) -> wp.Kernel:
-    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to."""
-    return _advance(system, replace(method, leaps=method.leaps and leaps_hold(system)))
+    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to.
+
+    Methods that differ in their names alone have one kernel, such as direct steps and leaps where those do not hold.
+    """
+    return _advance(system, replace(method, name="", leaps=method.leaps and leaps_hold(system)))
 
 
 @cache
@@ -194,6 +198,7 @@ def _advance(system: System, method: Method) -> wp.Kernel:
                     here, k0 = looked(body, around, sheets, drive, rpm, p)
                     left -= NODES
             end = sample_time(schedule, p.sample)
+            climb = k0[2]
             if p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
                 outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
                     body, around, sheets, here, drive, rpm, control, bound, end, p.time, p.step, p.state, p.middle, k0
@@ -203,6 +208,7 @@ def _advance(system: System, method: Method) -> wp.Kernel:
                 p.status = status
                 if outcome == TAKEN:
                     p.synchrony = synchrony_with(p.synchrony, lag)
+                    p.statistics = turned_within(p.statistics, p.state[2], dt * climb, new[2], dt * k0[2])
                     p.statistics = statistics_with(p.statistics, dt, new[2], attack_angle(new))
                     p.time = t
                     p.state = new

@@ -125,6 +125,11 @@ DEFAULT = "multirevolution"  # benchmarks/random_runs.py says where it holds
 def method_named(name: str) -> Method:
     """A method by the name that users give it.
 
+    Returns
+    -------
+    Method
+        The same object each time.
+
     Raises
     ------
     InputError

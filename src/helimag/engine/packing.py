@@ -87,8 +87,13 @@ def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
         for magnet in scenario.magnet:
             rows.append(_magnet(magnet))
         # where a magnet is already: elsewhere, a device could touch what is not there
-        rows += [{"offset": scenario.magnet[0].offset}] * (most - len(scenario.magnet))
+        rows += [_nothing(scenario.magnet[0]) for _ in range(most - len(scenario.magnet))]
     return structs(magnetics.FieldSource, rows).reshape(len(scenarios), most)
+
+
+def _nothing(magnet: Magnet) -> dict[str, object]:
+    """A magnet without a moment, in the place of one."""
+    return {name: np.zeros_like(value) for name, value in _magnet(magnet).items()} | {"offset": magnet.offset}
 
 
 @lru_cache(maxsize=64)

@@ -14,6 +14,7 @@ class Leap:
     """How a run leaps over turns; nothing of it is used where a method does not."""
 
     ready: wp.float64  # s: before this no leap is tried
+    wait: wp.float64  # turns that it was put off by last; none where leaps have been worth while since
     stage: wp.int32  # what the next turn is followed for
     column: wp.int32  # of the Jacobian, where it is for that; and one more, for ``miss``
     origin: wp.float64  # s: turns are counted from here

@@ -7,13 +7,13 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.batch import TOLERANCE, Batch, Stepping, started
+from helimag.engine.batch import TOLERANCE, Batch, Stepping, method_for, started
 from helimag.engine.history import History
 from helimag.engine.kernels import check_device, ready
 from helimag.engine.loop import build_advance
@@ -27,9 +27,10 @@ from helimag.scenario import Scenario
 Floats = NDArray[np.float64]
 
 LAUNCH_SECONDS = 0.1  # how long a launch may take before the host gets a word in
-FIRST_BUDGET = 1000  # steps of a first launch
+FIRST_BUDGET = 128_000  # steps of a first launch, all runs together
+MOST_FIRST_STEPS = 1000  # of one run
 RUNS_PER_BATCH = 8
-SHORT_RUNS_PER_BATCH = 128  # what a batch costs by itself would be most of a few short runs' time
+SHORT_RUNS_PER_BATCH = 512  # at most: what a batch costs by itself would be most of a few short runs' time
 SHORT = 100.0  # turns of the magnet
 LOG = logging.getLogger(__name__)
 PATIENCE = 0.1  # s between looks at what is under way
@@ -37,9 +38,10 @@ PATIENCE = 0.1  # s between looks at what is under way
 
 @dataclass
 class _Job:
-    """Some runs with the same formulas: their places among all, and what is known of them."""
+    """Some runs with the same formulas and method: their places among all, and what is known of them."""
 
     system: System
+    method: Method
     places: list[int]
     scenarios: list[Scenario]
     progress: NDArray[np.void]
@@ -49,8 +51,9 @@ class _Job:
 
     def advance(self, settings: Stepping, stop: threading.Event) -> None:
         """Take the runs to their ends, or to where they are when told to stop."""
+        settings = replace(settings, method=self.method)
         self.batch = Batch(self.system, self.scenarios, self.progress, settings, self.records, self.memories)
-        budget = FIRST_BUDGET
+        budget = min(MOST_FIRST_STEPS, FIRST_BUDGET // len(self.scenarios) + 1)
         while self.batch.running and not stop.is_set():
             took = self.batch.launch(budget)
             budget = max(1, int(budget * min(4.0, LAUNCH_SECONDS / max(took, 1e-6))))
@@ -103,7 +106,8 @@ def advancing(
     tolerance
         Of one step, in quaternion components and in positions over the helix' length.
     method
-        What takes the steps; default leaps over turns of the magnet where they hold, and direct steps elsewhere.
+        What takes the steps; default leaps over turns of the magnet where they hold, and direct steps elsewhere: from
+        the start where a run has too few turns for leaps to pay.
     system
         Which formulas a scenario is run with.
     device
@@ -128,15 +132,16 @@ def advancing(
     check_device(device)
     states = _checked_states(scenarios, initial_states)
     pack_bodies(scenarios)  # a device that cannot be is refused before anything is compiled
-    jobs = _jobs(
-        scenarios, [system(scenario) for scenario in scenarios], states, _checked_histories(scenarios, after), device
-    )
+    formulas = [system(scenario) for scenario in scenarios]
+    kinds = [(of, method_for(of, scenario, method)) for of, scenario in zip(formulas, scenarios, strict=True)]
+    workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
+    size = _batch_size(scenarios, workers) if device == "cpu" else len(scenarios)
+    jobs = _jobs(scenarios, kinds, states, _checked_histories(scenarios, after), size)
     for job in jobs:
         job.system.medium.pack(job.scenarios, device)  # tables are made here, where Ctrl-C is heard, and kept
-    for formulas in {job.system: None for job in jobs}:
-        ready(partial(build_advance, formulas, method), device)
+    for of, steps in {(job.system, job.method): None for job in jobs}:
+        ready(partial(build_advance, of, steps), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
-    workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
     told = "1 run" if len(scenarios) == 1 else f"{len(scenarios)} runs"
     LOG.info("%s of %.6g s in all by the method '%s' on %s, %d threads", told, total, method.name, device, workers)
     return _watched(Underway(total, jobs), jobs, Stepping(method, tolerance, device), workers)
@@ -178,6 +183,11 @@ def advance(
     progress
         Called in this thread with the fraction done, some times a second; an exception raised there stops the runs.
 
+    Returns
+    -------
+    list of History
+        One for each scenario.
+
     Raises
     ------
     InputError
@@ -203,18 +213,17 @@ def advance(
 
 def _jobs(
     scenarios: Sequence[Scenario],
-    systems: Sequence[System],
+    kinds: Sequence[tuple[System, Method]],
     states: Floats,
     after: Sequence[History | None],
-    device: str,
+    size: int,
 ) -> list[_Job]:
-    """The runs by their formulas, in parts that a launch can take."""
-    kinds: dict[System, list[int]] = {}
-    for place, system in enumerate(systems):
-        kinds.setdefault(system, []).append(place)
-    size = _batch_size(scenarios) if device == "cpu" else len(scenarios)
+    """The runs by their formulas and method, in parts of up to ``size`` that a launch takes."""
+    alike: dict[tuple[System, Method], list[int]] = {}
+    for place, kind in enumerate(kinds):
+        alike.setdefault(kind, []).append(place)
     jobs = []
-    for system, places in kinds.items():
+    for (system, method), places in alike.items():
         for begin in range(0, len(places), size):
             part = places[begin : begin + size]
             batch = [scenarios[place] for place in part]
@@ -225,14 +234,16 @@ def _jobs(
                     progress[run] = history.progress
             records = [np.zeros(0, np.void) if history is None else history.records for history in known]
             memories = [{} if history is None else history.memory for history in known]
-            jobs.append(_Job(system, part, batch, progress, records, memories))
+            jobs.append(_Job(system, method, part, batch, progress, records, memories))
     return jobs
 
 
-def _batch_size(scenarios: Sequence[Scenario]) -> int:
-    """How many runs a launch takes on a CPU; results do not depend on it."""
+def _batch_size(scenarios: Sequence[Scenario], workers: int) -> int:
+    """How many runs a launch takes on a CPU, so that there are some for each worker; results do not depend on it."""
     turns = math.fsum(abs(scenario.drive.frequency) * scenario.run.duration for scenario in scenarios)
-    return SHORT_RUNS_PER_BATCH if turns < SHORT * len(scenarios) else RUNS_PER_BATCH
+    if turns >= SHORT * len(scenarios):
+        return RUNS_PER_BATCH
+    return min(SHORT_RUNS_PER_BATCH, math.ceil(len(scenarios) / workers))
 
 
 def _checked_states(scenarios: Sequence[Scenario], given: Floats | None) -> Floats:

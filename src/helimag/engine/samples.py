@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from helimag.engine.structures import structs
 from helimag.physics.kinematics import State, attack_angle
-from helimag.scenario import Scenario
+from helimag.scenario import Run, Scenario
 
 ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
+TWO = wp.constant(wp.float64(2.0))
+THREE = wp.constant(wp.float64(3.0))
 NEARLY_ONE = wp.constant(wp.float64(1.0 - 2e-12))  # a sample this close to the end is the end, whatever rounding did
 
 
@@ -29,9 +31,8 @@ def pack_schedules(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     return structs(Schedule, [{"interval": s.run.sample_interval, "duration": s.run.duration} for s in scenarios])
 
 
-def sample_times(scenario: Scenario) -> NDArray[np.float64]:
+def sample_times(run: Run) -> NDArray[np.float64]:
     """When a run that reaches its horizon is sampled (s)."""
-    run = scenario.run
     count = math.ceil(run.duration / run.sample_interval * (1.0 - 1e-12)) + 1
     times = np.arange(count) * run.sample_interval
     times[times >= float(NEARLY_ONE) * run.duration] = run.duration
@@ -98,6 +99,26 @@ def statistics_with(stats: Statistics, dt: wp.float64, height: wp.float64, attac
     stats.square += HALF * dt * (a * a + attack * attack)
     stats.last_height = height
     stats.last_attack = attack
+    return stats
+
+
+@wp.func
+def turned_within(
+    stats: Statistics, before: wp.float64, rise_before: wp.float64, after: wp.float64, rise: wp.float64
+) -> Statistics:
+    """The statistics with the extreme between two heights (m), if there is one, where their cubic turns.
+
+    A rise (m) is the rate at one of the two times the time between them: Hermite's data, and an error of fourth order.
+    """
+    if rise_before * rise >= ZERO:
+        return stats
+    square = THREE * (after - before) - TWO * rise_before - rise
+    cube = rise_before + rise - TWO * (after - before)
+    root = wp.sqrt(wp.max(square * square - THREE * rise_before * cube, ZERO))
+    share = rise_before / (wp.sign(rise_before) * root - square)
+    turn = before + share * (rise_before + share * (square + share * cube))
+    stats.low = wp.min(stats.low, turn)
+    stats.high = wp.max(stats.high, turn)
     return stats
 
 

@@ -161,6 +161,11 @@ def trajectory_of(history: History, accuracy: Accuracy | None = None) -> Traject
 
     ``accuracy`` goes with it as an attribute, where it was looked for.
 
+    Returns
+    -------
+    Trajectory
+        What :func:`simulate` returns.
+
     Raises
     ------
     RunError

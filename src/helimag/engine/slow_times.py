@@ -21,6 +21,11 @@ def slow_times(scenario: Scenario) -> SlowTimes:
     W a level device of mobility b leaves at the rate 4 W b / d: the e-folding time is d / (4 W b), a quarter of the
     time in which it would sink by d. Where the pull at the start exceeds the weight, it takes the weight's place.
 
+    Returns
+    -------
+    SlowTimes
+        Time of a lap and e-folding time of the height (s).
+
     Raises
     ------
     InputError

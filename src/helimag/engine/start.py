@@ -17,7 +17,7 @@ TURNED_ROUND = np.array([0.0, 0.0, 1.0, 0.0])  # half a turn about y: long axis 
 
 def start_state(scenario: Scenario) -> Floats:
     """Where every run begins: the head at ``drive.start``, in the attitude that ``drive.heading`` says (7,)."""
-    return np.concatenate([scenario.drive.start, start_attitude(scenario)])
+    return np.array([*scenario.drive.start, *start_attitude(scenario).tolist()])
 
 
 def start_attitude(scenario: Scenario) -> Floats:
@@ -72,7 +72,8 @@ def carrying_velocity(scenario: Scenario) -> Floats:
         moving: Floats = np.array(spline(0.0, 1))
         velocity, yaw_rate, centre = moving[:3], float(moving[3]), magnet_start(drive)
     else:
-        velocity, yaw_rate, centre = np.array(drive.velocity), drive.yaw_rate, np.zeros(3)
+        (vx, vy, vz), (x, y, _), yaw_rate = drive.velocity, drive.start, drive.yaw_rate  # plain: asked by each run
+        return np.array([vx - yaw_rate * y, vy + yaw_rate * x, vz])
     x, y, _ = np.array(drive.start) - centre
     carried: Floats = velocity + yaw_rate * np.array([-y, x, 0.0])
     return carried

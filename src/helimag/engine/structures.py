@@ -24,9 +24,8 @@ def reader(array: Any) -> Callable[[], NDArray[Any]]:
 
 
 def structs(kind: Any, rows: list[dict[str, object]]) -> NDArray[np.void]:
-    """Pack rows of field values into an array of a Warp structure; fields not named are zero."""
+    """Pack rows of field values, all of the same fields, into an array of a Warp structure; others are zero."""
     packed: Any = np.zeros(len(rows), dtype=_layout(kind))
-    for i, row in enumerate(rows):
-        for name, value in row.items():
-            packed[name][i] = value
+    for name in rows[0] if rows else ():
+        packed[name] = [row[name] for row in rows]  # one by one takes several times as long
     return np.asarray(packed)

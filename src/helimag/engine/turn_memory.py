@@ -18,7 +18,7 @@ from helimag.engine.turns import NODES, Nodes, Shape, rolled
 from helimag.physics.kinematics import State, attack_angle, normalized
 
 SLOTS = 10  # turns remembered: as many as a polynomial goes through, and the one at the leap's end, in a ring
-FINE = 4  # heights are looked at so many times between two nodes
+FINE = 2  # heights are looked at so many times between two nodes, and parabolas put through three looks
 LOOKS = wp.constant(FINE * NODES)
 COUNT = wp.constant(wp.float64(NODES))
 PI = wp.constant(wp.float64(math.pi))

@@ -13,7 +13,7 @@ from helimag.engine import DEFAULT, TOLERANCE, History, advance, method_named, s
 from helimag.errors import InputError, RunError
 from helimag.outcomes import End, Verdict
 from helimag.runs import Judgement
-from helimag.runs.shares import wilson
+from helimag.runs.shares import in_percent, wilson
 from helimag.scenario import Input, Parameters, Prior, Scenario
 
 Floats = NDArray[np.float64]
@@ -157,7 +157,7 @@ class Ensemble:
     def text(self) -> str:
         """The verdicts in a sentence."""
         parts = [
-            f"{self.verdicts[verdict]} {verdict} ({100.0 * low:.0f} to {100.0 * high:.0f} % of all)"
+            f"{self.verdicts[verdict]} {verdict} ({in_percent(low)} to {in_percent(high)} % of all)"
             for verdict, (_, low, high) in self.shares.items()
         ]
         return f"of {len(self.copies)} copies {', '.join(parts)}, with 95 % confidence"

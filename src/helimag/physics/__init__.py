@@ -26,8 +26,9 @@ def _start_warp() -> None:
         rest = [line for line in _said_by(wp.init) if "CUDA driver" not in line]
     except OSError as error:
         place = error.filename or wp.config.kernel_cache_dir
+        where = "XDG_CACHE_HOME" if os.environ.get("XDG_CACHE_HOME") else "HOME"  # as Warp looks for it
         raise FileError(
-            f"the folder of compiled kernels, {place}, cannot be made: {error.strerror or error}; let HOME, or "
+            f"the folder of compiled kernels, {place}, cannot be made: {error.strerror or error}; let {where}, or "
             "WARP_CACHE_PATH, name a folder that can be written"
         ) from None
     if rest:

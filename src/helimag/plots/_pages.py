@@ -23,6 +23,7 @@ from helimag.plots.sweeps import (
     plane_of,
     value_label,
 )
+from helimag.runs.shares import in_percent
 from helimag.sweeps import axis_names
 
 if TYPE_CHECKING:
@@ -215,7 +216,7 @@ def _hover(part: "xarray.Dataset") -> NDArray[np.str_]:
     lines = [
         [f"{label_of(part, name)}: {values[i]:.5g}" for name, values in columns.items()]
         + [f"gain {gain[i]:.4g}", f"{Verdict.of(flags[i])}, {Reason.of(reasons[i])}"]
-        + ([f"{staying[i]:.0%} of the devices stay to the end"] if ran_devices(part) else [])
+        + ([f"{in_percent(staying[i])}% of the devices stay to the end"] if ran_devices(part) else [])
         for i in range(flags.size)
     ]
     return np.array(["<br>".join(line) for line in lines])

@@ -21,7 +21,8 @@ MEASURED, SIMULATED = BLUE, VERMILLION
 COLUMN: list[list[Any]] = [["side"], ["above"], ["height"], ["attack"], ["difference"], ["text"]]
 PAGE: list[list[Any]] = [["side", "side"], ["above", "above"], ["height", "attack"], ["difference", "text"]]
 SLIDE: list[list[Any]] = [["side", "height", "difference"], ["above", "attack", "text"]]
-LINE = 31  # characters beside each other in a slide's text
+TEXT = 52  # characters beside each other in a page's text
+LINE, LINES = 31, 14  # characters beside each other in a slide's text, and lines of it at its usual size
 
 
 def draw_comparison(comparison: Comparison, *, size: Size = "print") -> Figure:
@@ -64,8 +65,9 @@ def _draw(grid: dict[str, Axes], comparison: Comparison, sheet: Sheet) -> None:
     look: dict[str, Any] = {"va": "top", "fontsize": 7.0, "linespacing": 1.5}
     if sheet.wide:
         parts = [textwrap.wrap(line, LINE, subsequent_indent="  ") for line in told.split("\n")]
-        told = "\n".join(line for part in parts for line in part)
-        look |= {"fontsize": sheet.points(5.0), "linespacing": 1.25}
+        lines = [line for part in parts for line in part]
+        told = "\n".join(lines)
+        look |= {"fontsize": sheet.points(5.0) * min(1.0, LINES / len(lines)), "linespacing": 1.25}
     grid["text"].text(0.0, 1.0, told, transform=grid["text"].transAxes, **look)
 
 
@@ -107,9 +109,11 @@ def _summary(comparison: Comparison) -> str:
     numbers = comparison.numbers
     measured, simulated = numbers["measured"], numbers["simulated"]
     note = [] if comparison.really_measured else [f"'measured' is a simulation itself ({measured['source']})"]
+    doubtful = textwrap.wrap(f"doubtful: {', '.join(comparison.doubts)}", TEXT) if comparison.doubts else []
     return "\n".join(
         [
             *note,
+            *doubtful,
             f"common time {numbers['from_s']:.2f} s to {numbers['until_s']:.2f} s",
             f"gain measured {measured['gain']:.4f}, {interval_text(measured['gain_95'], 4)}",
             f"gain simulated {simulated['gain']:.4f}",

@@ -1,7 +1,7 @@
 """Upper bounds over every span of a turn, by block, of the motion in a tube: from these all conclusions are drawn.
 
-F is known on the curve with two derivatives, by series in time, and its third ones over the whole region: so is all
-between, by Taylor's theorem with the integral's remainder. What follows is said in :mod:`helimag.proof.theorem`.
+F is known on the curve with two derivatives, by series in time, and its third ones over a box: so is all between, by
+Taylor's theorem with the integral's remainder. What follows is said in :mod:`helimag.proof.theorem`.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,6 +25,11 @@ from helimag.proof.tube import Chart, N, Tube, chart_at, pairs, triples
 
 if TYPE_CHECKING:
     from flint import arb
+
+# D F at X less D F on the curve is F_ab X_b and a mean of F_abc X_b X_c, over these; and so is its mean on the straight
+# way from the curve to X, by which F changes there
+AT_THE_END, ON_THE_WAY = (1, 2), (2, 6)
+CRUDE = 3  # parts of a span for the tube and its outer box to one for the region, where less is asked
 
 Report = Callable[[float], None]  # told which part of the work is done, from 0 to 1; what it raises stops the work
 
@@ -63,8 +68,8 @@ class SpanBounds:
     mixed
         Norms of D F's blocks off the diagonal there, zero on it.
     bend
-        [I][J][K]: norm of the change of block I, J of D F along block K from the curve to anywhere in the tube, over
-        its length.
+        [I][J][K]: norm of the change of block I, J of D F along block K from the curve to anywhere in the tube, or of
+        its mean on the way there, over its length.
     twist
         [I][K]: the same of the symmetric part of the diagonal block I.
     """
@@ -78,12 +83,20 @@ class SpanBounds:
 
 
 @dataclass(frozen=True)
+class Inward:
+    """What leads motion into the tube: D F's mean on the way from the curve, in the outer box and the whole region."""
+
+    outer: SpanBounds
+    far: SpanBounds
+
+
+@dataclass(frozen=True)
 class Span:
-    """What holds over a span: on the curve, in the tube, and ``far`` in the whole region from which all comes in."""
+    """What holds over a span: on the curve, in the tube, and beyond it where the tube reaches out."""
 
     straight: Straight
     near: SpanBounds
-    far: SpanBounds
+    inward: Inward | None
 
 
 def straights_of(
@@ -151,21 +164,28 @@ def _turned(chart: Chart, push: "list[arb]", inputs: int) -> "list[list[arb]]":
 
 def _span(views: Views, tube: Tube, k: int, straight: Straight) -> Span:
     inputs = inputs_of(tube, views.middle)
-    third = _third(views, tube, k, straight)
-    near, far = (
-        _bounds(tube, straight, Derivatives(straight.second, third, tube.parts(inputs), [*radii, *[1.0] * inputs]))
-        for radii in (tube.radii, tube.region)
+    parts, free = tube.parts(inputs), [1.0] * inputs
+    third = _third(views, tube, k, straight, tube.outer, tube.rough)
+    near = _bounds(tube, straight, Derivatives(straight.second, third, parts, [*tube.radii, *free]))
+    if not tube.reaches_out:
+        return Span(straight, near, None)
+    crude = _third(views, tube, k, straight, tube.region, -(-tube.rough // CRUDE))
+    outer, far = (
+        _bounds(tube, straight, Derivatives(straight.second, each, parts, [*radii, *free], ON_THE_WAY))
+        for each, radii in ((third, tube.outer), (crude, tube.region))
     )
-    return Span(straight, near, far)
+    return Span(straight, near, Inward(outer, far))
 
 
-def _third(views: Views, tube: Tube, k: int, straight: Straight) -> "list[list[arb]]":
+def _third(
+    views: Views, tube: Tube, k: int, straight: Straight, radii: Sequence[float], parts: int
+) -> "list[list[arb]]":
     """F_abc over a span, from enclosures over parts of it: each is the tighter the shorter it is."""
-    length = exact(1) / (tube.spans * tube.rough)
+    length = exact(1) / (tube.spans * parts)
     found: list[list[arb]] = []
-    for part in range(tube.rough):
-        middle = exact(2 * (k * tube.rough + part) + 1) * length / 2
-        each = third_over(views.over, tube, flint().arb(middle, length / 2), straight.second)
+    for part in range(parts):
+        middle = exact(2 * (k * parts + part) + 1) * length / 2
+        each = third_over(views.over, tube, flint().arb(middle, length / 2), straight.second, radii)
         found = (
             each
             if not found
@@ -175,7 +195,7 @@ def _third(views: Views, tube: Tube, k: int, straight: Straight) -> "list[list[a
 
 
 def _bounds(tube: Tube, straight: Straight, form: "Derivatives") -> SpanBounds:
-    """The bounds within the radii that the derivatives are used for, which lie in the region."""
+    """The bounds within the radii that the derivatives are used for."""
     blocks, linear, count = tube.columns, straight.linear, len(tube.blocks)
     along = range(len(form.parts))
     bend = [[[form.bend(i, j, m) for m in along] for j in range(count)] for i in range(count)]
@@ -218,17 +238,23 @@ def _total(values: "Iterable[arb]") -> "arb":
 
 
 class Derivatives:
-    """Second derivatives of F on the curve (6, pairs) and third ones (6, triples) over a region, within a reach.
+    """Second derivatives of F on the curve (6, pairs) and third ones (6, triples) over a box, within a reach.
 
     D F at X less D F on the curve is F_ab X_b + F_abc X_b X_c, with F_abc a mean over the way there, weighted by what
-    is left of it: half of one in all.
+    is left of it: half of one in all. Its mean on the way is half of the first and, all in all, a sixth of the second
+    (the integral of t, and of t^2 / 2, from 0 to 1); of coordinates alone, as inputs are what they are all the way.
     """
 
     def __init__(
-        self, second: "list[list[arb]]", third: "list[list[arb]]", parts: "list[range]", reach: "list[float]"
+        self,
+        second: "list[list[arb]]",
+        third: "list[list[arb]]",
+        parts: "list[range]",
+        reach: "list[float]",
+        over: tuple[int, int] = AT_THE_END,
     ) -> None:
         side = parts[-1].stop
-        self._second, self._third, self.parts, self._reach = second, third, parts, reach
+        self._second, self._third, self.parts, self._reach, self._over = second, third, parts, reach, over
         self._pairs = {pair: n for n, pair in enumerate(pairs(side))}
         self._triples = {triple: n for n, triple in enumerate(triples(side))}
 
@@ -244,10 +270,10 @@ class Derivatives:
     def bend(self, i: int, j: int, m: int) -> "arb":
         """Bound of the norm of the change of block i, j of D F along part m, over its length."""
         rows, columns, along = self.parts[i], self.parts[j], self.parts[m]
-        total = root_of_squares(self.second(r, a, b) for r in rows for a in columns for b in along)
+        total = root_of_squares(self.second(r, a, b) for r in rows for a in columns for b in along) / self._over[0]
         for part, length in zip(self.parts, self._reach, strict=True):
             norm = root_of_squares(self.third(r, a, b, c) for r in rows for a in columns for b in along for c in part)
-            total += norm * length / 2
+            total += norm * length / self._over[1]
         return size(total)
 
     def twist(self, i: int, m: int) -> "arb":
@@ -256,12 +282,13 @@ class Derivatives:
         total = root_of_squares(
             (self.second(r, a, b) + self.second(a, r, b)) / 2 for r in rows for a in rows for b in along
         )
+        total = total / self._over[0]
         for part, length in zip(self.parts, self._reach, strict=True):
             norm = root_of_squares(
                 (self.third(r, a, b, c) + self.third(a, r, b, c)) / 2
                 for r in rows for a in rows for b in along for c in part
             )  # fmt: skip
-            total += norm * length / 2
+            total += norm * length / self._over[1]
         return size(total)
 
     def push(self, i: int, leaning: range) -> "arb":

@@ -44,7 +44,7 @@ from helimag.scenario import Input, Scenario, parse
 if TYPE_CHECKING:
     from flint import arb, arb_mat
 
-FORMAT = "helimag proof 3"
+FORMAT = "helimag proof 4"
 WIDTH = re.compile(r"\d{1,20}(\.\d{1,20})?(e[-+]\d{1,2})?")  # no number that it takes long to read
 OUTWARD = 1.0 + 1e-12  # what the rounding of a few floats cannot undo
 ON_CURVE = 0.3  # of the time of a check, about: what holds on the curve
@@ -199,7 +199,8 @@ def claims_of(
         narrow = reached(tube, chart, [exact(theorem.share) * exact(r) for r in tube.radii])
         lean = lean_series(tube, dynamics.middle, exact(0), 1)
         box, whole = (_leaning_too(tube, lean, each) for each in (narrow, reached(tube, chart, tube.radii)))
-        entered = theorem.stability and not within and enters(tube, [span.far for span in spans], tube.entry)
+        inward = [span.inward for span in spans if span.inward is not None]
+        entered = theorem.stability and len(inward) == tube.spans and enters(tube, inward, tube.entry)
         # where inputs have a tolerance, each value has a tube of its own, and no ball is in all of them for sure
         basin = 0.0 if within else ball_in(tube, chart, across, tube.entry if entered else tube.radii)
     if not (theorem.existence and math.isfinite(clear) and np.isfinite([theorem.bound, *box, *whole]).all()):
@@ -391,6 +392,8 @@ def _fits(tube: Tube, inputs: int) -> bool:
         and tube.blocks[:1] == (0,)
         and bool(np.isin(sizes, (1, 2)).all())
         and all(radius > 0.0 for radius in (*tube.radii, *tube.entry))
+        # beyond the tube all is of the inputs' middle values
+        and not (inputs and tube.reaches_out)
         and bool(np.isfinite(tube.lean.cos).all() and np.isfinite(tube.lean.sin).all())
         and bool(np.isfinite(tube.bent.cos).all() and np.isfinite(tube.bent.sin).all())
         and bool(np.isfinite(tube.waves.cos).all() and np.isfinite(tube.waves.sin).all())

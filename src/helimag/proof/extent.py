@@ -11,7 +11,7 @@ from helimag.proof.motion import LENGTH, TURN_PER_LENGTH
 from helimag.proof.tube import N
 from helimag.proof.waves import Floats
 
-ROOM = 4.0  # for fast blocks, whose radii cost the slow ones little
+ROOM = 8.0  # for fast blocks, whose radii cost the slow ones little
 FAST = 20.0  # times the slowest decay: so fast a block comes into the tube from further off
 WIDER = 3.0  # third derivatives as they are enclosed, beside what they are
 STEPS = 200
@@ -19,7 +19,7 @@ STEPS = 200
 
 @dataclass(frozen=True)
 class Extent:
-    """Radii of a tube by block, and those of a ball of starts, in which fast blocks are further off."""
+    """Radii of a tube's outer box by block, and those of a ball of starts, in which fast blocks are further off."""
 
     radii: Floats
     entry: Floats
@@ -51,7 +51,8 @@ def norms_of(guess: Guess, at: Sampled, motion: Moving) -> Norms:
     third = [[[[length(motion.third[i, j, k, n]) for n in parts] for k in parts] for j in parts] for i in parts]
     across = np.linalg.inv(at.frame[:, :, 0])
     weight = np.array([1.0 / float(LENGTH)] * 3 + [TURN_PER_LENGTH] * 3)
-    around = np.array([np.sqrt(((across[i] * weight) ** 2).sum()) for i in parts])
+    halves = slice(3), slice(3, N)  # place and attitude, each of which may be off by all of it
+    around = np.array([sum(np.linalg.norm((across[i] * weight)[:, half]) for half in halves) for i in parts])
     return Norms(np.abs(guess.decay), np.array(second), np.array(third), around)
 
 
@@ -61,15 +62,15 @@ def length(derivatives: Floats) -> float:
 
 
 def extent_of(norms: Norms) -> Extent:
-    """The widest tube that floats suggest: widest in the blocks that decay slowly.
+    """The widest outer box that floats suggest: widest in the blocks that decay slowly.
 
     Fast blocks get what the slow ones stir up in them; a start may be further off in them, and comes in.
     """
 
     def widest(radii: Floats) -> float:
-        """By what these radii may be multiplied."""
-        one = np.einsum("ijk,j,k->i", norms.second, radii, radii) / radii
-        two = WIDER * np.einsum("ijkl,j,k,l->i", norms.third, radii, radii, radii) / radii / 2.0
+        """By what these radii may be multiplied, and all within come nearer: see :mod:`helimag.proof.theorem`."""
+        one = np.einsum("ijk,j,k->i", norms.second, radii, radii) / radii / 2.0
+        two = WIDER * np.einsum("ijkl,j,k,l->i", norms.third, radii, radii, radii) / radii / 6.0
         return float((2.0 * norms.rate / (one + np.sqrt(one**2 + 4.0 * two * norms.rate))).min())
 
     def ball(radii: Floats) -> float:

@@ -23,17 +23,17 @@ from helimag.proof.jets import Jet
 from helimag.proof.motion import LENGTH, Constants, Source, Swimming
 from helimag.proof.row import Row, decimal
 from helimag.proof.sampling import far_apart, spans_unless_against
-from helimag.proof.tube import NONE, N, Tube
+from helimag.proof.tube import NONE, OUTER, N, Tube
 from helimag.proof.waves import Waves
 from helimag.scenario import Scenario
 
 GRIDS: tuple[dict[str, int], ...] = (
-    {"spans": 96, "order": 10, "fine": 14, "coarse": 6, "rough": 6},
-    {"spans": 192, "order": 12, "fine": 14, "coarse": 6, "rough": 4},
+    {"spans": 96, "order": 10, "fine": 14, "coarse": 6, "rough": 4},
+    {"spans": 192, "order": 12, "fine": 14, "coarse": 6, "rough": 3},
     {"spans": 384, "order": 12, "fine": 14, "coarse": 6, "rough": 2},
 )  # how time is cut; finer where coarser does not decide
 SAME_PLACE, SAME_ATTITUDE = 1e-6, 1e-3  # m and rad, between the orbit given and the curve that its proof is about
-SIZES = (1.4, 1.0, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.03, 0.01, 0.003)  # of the tube that floats suggest
+SIZES = (1.0, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.03, 0.01, 0.003)  # of the box that floats suggest
 GUESSED = 0.1  # of the time of a proof, about
 SHARE = 0.85  # of the starts that such a tube suggests
 
@@ -142,7 +142,7 @@ def prove(orbit: Orbit, *, progress: Report | None = None) -> Proof:
     if not _same(guess, orbit):
         return ended("not proved: what is given is no orbit, as Newton's method leads from it to another one")
     best: Claims | None = None
-    for tubes in tubes_to_try(*bent_guess(guess, floats)):
+    for tubes in tubes_to_try(*bent_guess(guess, floats), attracting=orbit.stable):
         for tube, spans in _promising(scenario, tubes, orbit.stable, watch.part(GUESSED, 1.0)):
             claims = claims_of(scenario, {}, tube, spans)
             if claims is not None and (claims.stability or not orbit.stable):
@@ -203,16 +203,17 @@ def _float(value: Any) -> Any:
     return [_float(each) for each in value] if isinstance(value, (list, tuple)) else float(value)
 
 
-def tubes_to_try(guess: Guess, extent: Extent, bent: Waves) -> Iterator[list[Tube]]:
-    """Tubes to try for each grid of time, wide ones first."""
+def tubes_to_try(guess: Guess, extent: Extent, bent: Waves, *, attracting: bool) -> Iterator[list[Tube]]:
+    """Tubes to try for each grid of time, wide ones first; those of an orbit that does not attract reach no further."""
+    radii, entry = extent.radii / OUTER, SHARE * extent.entry
     for grid in GRIDS:
         yield [
             Tube(
                 waves=guess.waves,
                 bent=bent,
                 blocks=guess.blocks,
-                radii=_rounded(part * extent.radii),
-                entry=_rounded(SHARE * part * extent.entry),
+                radii=_rounded(part * radii),
+                entry=_rounded(part * (entry if attracting else radii)),
                 decay=guess.decay,
                 swing=guess.swing,
                 odd=guess.odd,

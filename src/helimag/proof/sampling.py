@@ -1,10 +1,8 @@
 """The spans of a turn enclosed one after another, far apart ones first, until one of them speaks against a tube."""
 
-from collections.abc import Sequence
-
 from helimag.proof.bounds import Report, Span, Straight, silent, spans_of, straights_of
 from helimag.proof.field import Views
-from helimag.proof.theorem import allows, enters
+from helimag.proof.theorem import allows, enters, shrinks
 from helimag.proof.tube import Tube
 
 SAMPLE = 8  # every so many-th span comes first
@@ -41,11 +39,11 @@ def spans_unless_against(
     for n, k in enumerate(order):
         progress(n / len(order))
         span = _enclosed(views, tube, known, k)
-        if span is None or not allows(tube, [span.near], attracting=attracting):
+        if span is None or not _speaks_for(tube, span, attracting):
             order.insert(0, order.pop(n))
             return None
         found[k] = span
-        if attracting and n + 1 == max(len(order) // SAMPLE, 1) and not _enters(tube, found):
+        if attracting and (n + 1) % max(len(order) // SAMPLE, 1) == 0 and not _enters(tube, found):
             return None
     return [found[k] for k in sorted(found)]
 
@@ -59,7 +57,16 @@ def _enclosed(views: Views, tube: Tube, known: dict[int, Straight], k: int) -> S
         return None
 
 
+def _speaks_for(tube: Tube, span: Span, attracting: bool) -> bool:
+    hoped = allows(tube, [span.near], attracting=attracting)
+    return hoped and (not attracting or span.inward is None or shrinks(tube, [span.inward.outer]))
+
+
 def _enters(tube: Tube, found: dict[int, Span]) -> bool:
-    """Whether a ball of starts comes in, as far as some spans tell; where inputs have a tolerance none is claimed."""
-    some: Sequence[Span] = [found[k] for k in sorted(found) for _ in range(SAMPLE)]
-    return tube.lean.count > 0 or enters(tube, [span.far for span in some], tube.entry)
+    """Whether what starts beyond the tube comes in, as far as some spans tell, each of which stands for those between.
+
+    True where nothing is to.
+    """
+    each = tube.spans // len(found)
+    inward = [found[k].inward for k in sorted(found) for _ in range(each)]
+    return not tube.reaches_out or enters(tube, [each for each in inward if each is not None], tube.entry)

@@ -21,9 +21,14 @@ logarithmic norm; as exp(B) is block by block a turn and a scaling, every eigenv
 these radii around exp(a_I +- i b_I) (Gershgorin, by blocks: D. G. Feingold and R. S. Varga, Pacific J. Math. 12 (1962)
 1241).
 
-**Entry.** From a wider region the lengths R_I of the blocks obey R_I' <= m_II R_I + sum m_IJ R_J + push_I with bounds
-over the region, whose right-hand side grows with the other blocks' lengths: what solves the inequality from above stays
-above (M. Mueller, Math. Z. 26 (1927) 619). Fast blocks may begin far outside the tube and are in it soon.
+**Entry.** Further off the lengths R_I of the blocks obey R_I' <= n_II R_I + sum n_IJ R_J + push_I, n_IJ bounds of the
+mean of D F on the straight way from the curve, which takes F on it to F where the motion is. So near the tube n differs
+from what holds on the curve by half of what m does, or by a third in third order: motions come nearer to the orbit
+where two of them need not come nearer to each other. If in all spans the right-hand side is negative for R_I = d_I and
+for R_I = c d_I, it is for all multiples between, as in a multiple it is convex: max |y_I| / d_I falls from c to 1, and
+all of the outer box comes into the tube. Fast blocks may begin still further off. The right-hand side grows with the
+other blocks' lengths, so what solves the inequality from above stays above (M. Mueller, Math. Z. 26 (1927) 619), with
+bounds over the region that it must not leave; it is in the outer box soon.
 """
 
 from collections.abc import Sequence
@@ -31,14 +36,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from helimag.proof.balls import exact, flint, largest, lower, size, upper
-from helimag.proof.bounds import SpanBounds
+from helimag.proof.bounds import Inward, SpanBounds
 from helimag.proof.tube import Tube
 
 if TYPE_CHECKING:
     from flint import arb
 
 
-MOST_TURNS, FIRST_TURNS = 2000, 2  # to come into the tube; of which in steps of a span
+MOST_TURNS, FIRST_TURNS = 2000, 2  # to come into the outer box; of which in steps of a span
 NARROWINGS = 2  # of where the orbit lies: what holds nearer to the curve places it nearer
 LEAST_SHARE = 2.0**-60  # of the tube: not to divide by nothing
 TRIES = 6  # to find what lengths a span needs
@@ -168,14 +173,29 @@ def _change_in(span: SpanBounds, block: int, radii: "Sequence[arb]") -> "arb":
     return size(total)
 
 
-def enters(tube: Tube, spans: Sequence[SpanBounds], entry: Sequence[float]) -> bool:
-    """Whether all that starts a turn within these radii comes into the tube, and on the way never leaves the region.
+def enters(tube: Tube, spans: Sequence[Inward], entry: Sequence[float]) -> bool:
+    """Whether all that starts a turn within these radii comes into the tube, and on the way never leaves the region."""
+    return shrinks(tube, [span.outer for span in spans]) and _settles(tube, [span.far for span in spans], entry)
+
+
+def shrinks(tube: Tube, spans: Sequence[SpanBounds]) -> bool:
+    """Whether all of the outer box comes into the tube, with bounds that hold in that box in these spans."""
+    return all(
+        rate_in(span, b, radii) * radii[b] + span.push[b] < 0
+        for radii in ([exact(radius) for radius in box] for box in (tube.radii, tube.outer))
+        for span in spans
+        for b in range(len(radii))
+    )
+
+
+def _settles(tube: Tube, spans: Sequence[SpanBounds], entry: Sequence[float]) -> bool:
+    """Whether all that starts a turn within these radii comes into the outer box, and never leaves the region.
 
     With bounds that hold in the whole region: span by span at first, while fast blocks decay; then turn by turn with
     what holds in all spans.
     """
     region = [exact(radius) for radius in tube.region]
-    tight = [exact(radius) for radius in tube.radii]
+    tight = [exact(radius) for radius in tube.outer]
     lengths: list[arb] | None = [exact(radius) for radius in entry]
     whole = _everywhere(spans)
     for turn in range(MOST_TURNS):

@@ -1,4 +1,4 @@
-"""Third derivatives of the motion in a tube's coordinates, enclosed over the whole region and a span of time.
+"""Third derivatives of the motion in a tube's coordinates, enclosed over a box around the curve and a span of time.
 
 With Z = (z, u), deviations and inputs, as functions of X = (y, u), the chain rule gives those of R from those of f:
 
@@ -30,8 +30,10 @@ TRIES = 40
 WIDER, NOTHING = 1.1, 1e-60  # of a bound that is tried: times what it must hold, and beside it
 
 
-def third_over(dynamics: Dynamics, tube: Tube, at: "arb", second: "list[list[arb]]") -> "list[list[arb]]":
-    """Enclosures of F_abc (6, triples) over the region, every time of a ball and all values of the inputs.
+def third_over(
+    dynamics: Dynamics, tube: Tube, at: "arb", second: "list[list[arb]]", radii: Sequence[float]
+) -> "list[list[arb]]":
+    """Enclosures of F_abc (6, triples) within radii by block, over every time of a ball and all values of the inputs.
 
     Parameters
     ----------
@@ -47,7 +49,7 @@ def third_over(dynamics: Dynamics, tube: Tube, at: "arb", second: "list[list[arb
     """
     inputs = inputs_of(tube, dynamics)
     chart, parts = chart_at(tube, dynamics.components, inputs, at), tube.parts(inputs)
-    reach = [*(exact(r) for r in tube.region), *[exact(1)] * inputs]
+    reach = [*(exact(r) for r in radii), *[exact(1)] * inputs]
     moved = deviation_jets(chart, parts, reach)
     right = _chained(_rates_beside(dynamics, tube, at, moved), moved, N + inputs)
     lengths = [reach[p] for p, part in enumerate(parts) for _ in part]

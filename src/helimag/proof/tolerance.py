@@ -33,6 +33,7 @@ SIZES = (1.0, 0.7, 0.5, 0.4, 0.32, 0.25, 0.2, 0.16, 0.1, 0.03)  # of the widths 
 MOST = 24  # harmonics of the leaning
 TIMES = np.arange(4 * MOST + 1) / (4 * MOST + 1)
 STEPS, BISECTIONS = 300, 40
+FINER = 1.5  # parts of a span for third derivatives, which count for more where inputs may be off
 GUESSED = 0.1  # of the time, about
 
 
@@ -111,6 +112,7 @@ def _suggested(scenario: Scenario, tube: Tube, paths: Sequence[str]) -> Iterator
                 bent=bent_waves(bent * (scale[:, None] * scale)[None, :, :, None], signs),
                 radii=radii,
                 entry=radii,
+                rough=round(FINER * tube.rough),
             ),
         )
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 N = 6
 SWELL = 1.1
+OUTER = 2.0  # times the tube: how wide the box is that all of shrinks into it
 NONE = Waves(np.zeros((0, 1)), np.zeros((0, 1)))
 
 
@@ -39,7 +40,8 @@ class Tube:
     radii
         Of the tube, by block, in the frame's coordinates.
     entry
-        Radii of a wider region, from which all comes into the tube; at least those of the tube.
+        Radii from which all comes into the tube. Those of the tube where no more than it is claimed: so it is where
+        inputs have a tolerance.
     decay, swing
         By block: the linearised motion is near ``decay + i swing`` in a turn (only used to enclose multipliers).
     odd
@@ -76,9 +78,19 @@ class Tube:
         return [range(a, b) for a, b in pairwise((*self.blocks, N))]
 
     @property
+    def reaches_out(self) -> bool:
+        """Whether more starts are hoped for than those in the tube."""
+        return self.entry != self.radii
+
+    @property
+    def outer(self) -> tuple[float, ...]:
+        """Radii of the box that all of is to shrink into the tube, fast blocks no wider than the slow ones stir up."""
+        return tuple(OUTER * radius for radius in self.radii) if self.reaches_out else self.radii
+
+    @property
     def region(self) -> tuple[float, ...]:
-        """Radii over which derivatives are enclosed: a little wider than the entry, where motion may swell."""
-        return tuple(SWELL * max(pair) for pair in zip(self.entry, self.radii, strict=True))
+        """Radii that no motion leaves: a little wider than the entry, where motion may swell."""
+        return tuple(SWELL * max(pair) for pair in zip(self.entry, self.outer, strict=True))
 
     @property
     def cuts(self) -> tuple[int, ...]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from helimag.errors import InputError
 from helimag.files import text_of, toml_tables
 from helimag.robot.arm.path import magnet_path
-from helimag.robot.logs import Log
+from helimag.robot.logs import Log, check_motor
 from helimag.scenario import Frequency, Length, Part, Scenario, model_of
 
 if TYPE_CHECKING:
@@ -209,5 +209,12 @@ def _frequency_error(scenario: Scenario, log: Log) -> float:
     """Share by which the motor turned too fast, from the slope of its angle; zero where it was not recorded."""
     if log.motor is None:
         return 0.0
-    turned = abs(float(np.polyfit(log.time, np.unwrap(log.motor), 1)[0]))
-    return turned / (2.0 * math.pi * abs(scenario.drive.frequency)) - 1.0
+    check_motor(log, scenario)
+    turned = float(np.polyfit(log.time, log.motor, 1)[0]) * (-1.0 if log.reversed_axis else 1.0)
+    share = turned / (2.0 * math.pi * scenario.drive.frequency)
+    if share < 0.0:
+        raise InputError(
+            "motor must turn as the scenario's drive does; it turns the other way round: check '# motor axis: along' "
+            "or 'against'"
+        )
+    return share - 1.0

@@ -18,7 +18,7 @@ from helimag.robot.arm.path import magnet_path, motor_angle
 from helimag.robot.krl.comparison import on_path
 from helimag.robot.krl.interpreter import Playback
 from helimag.robot.timed import Table
-from helimag.runs import read_table
+from helimag.runs import Columns, read_table
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -27,6 +27,8 @@ _KINDS = {"time": q.TIME, "x": q.LENGTH, "y": q.LENGTH, "z": q.LENGTH, "a": q.AN
 _CHOICES = {"frame": ("lab", "base"), "pose": ("tool", "flange"), "motor axis": ("along", "against")}
 CLOSEST = 1e-3  # s, between samples of a programme: over less, a spline would make speed of rounding
 COARSE = math.radians(150.0)  # between rows: nearer to half a turn, forwards and backwards look the same
+FARTHEST = 100.0  # m; no arm is so far away, and a unit or a digit is wrong
+ROUND = 2.0 * math.pi * (1.0 + 1e-6)  # rad; KUKA's angles are within half a turn either way
 _DEFAULTS = {"motor axis": "along"}
 
 
@@ -35,13 +37,15 @@ class Log:
     """Timed tool poses in the lab frame: (n,) s from zero, (n, 4, 4) m.
 
     ``motor`` is the moment's angle (n,) in rad about the tool's x axis from its y axis, or None if not recorded;
-    ``reversed_axis`` says that the x axis points against the rotation axis.
+    ``reversed_axis`` says that the x axis points against the rotation axis; ``within_turn`` that the motor was recorded
+    within a turn, so that whole turns between two rows are not known.
     """
 
     time: Floats
     tool: Floats
     motor: Floats | None
     reversed_axis: bool
+    within_turn: bool = False
 
 
 def read_log(path: str | Path, cell: Cell) -> Log:
@@ -67,8 +71,10 @@ def read_log(path: str | Path, cell: Cell) -> Log:
     table = read_table(path, {**_KINDS, "motor": q.ANGLE}, needed=list(_KINDS))
     try:
         table.check_rises("time")
+        _check_sizes(table)
         marks = _marks(table.comments)
-        motor = unwrapped(table.values["motor"]) if "motor" in table.values else None
+        recorded = table.values.get("motor")
+        motor = None if recorded is None else unwrapped(recorded)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     columns = table.values
@@ -79,7 +85,25 @@ def read_log(path: str | Path, cell: Cell) -> Log:
     if marks["frame"] == "base":
         pose = inverse(cell.lab_in_base) @ pose
     time = columns["time"] - columns["time"][0]
-    return Log(time, pose, motor, marks["motor axis"] == "against")
+    within = recorded is not None and _within_turn(recorded)
+    return Log(time, pose, motor, marks["motor axis"] == "against", within)
+
+
+def _check_sizes(table: Columns) -> None:
+    """Refuse places and angles that no arm's log has."""
+    for names, most, unit in (("xyz", FARTHEST, "m"), ("abc", ROUND, "rad")):
+        for name in names:
+            far = np.flatnonzero(np.abs(table.values[name]) > most)
+            if far.size:
+                got = table.values[name][far[0]]
+                raise InputError(
+                    f"line {table.lines[far[0]]}: {name} must be within {most:.3g} {unit} either way; got {got:.6g} "
+                    f"{unit}; check its unit"
+                )
+
+
+def _within_turn(motor: Floats) -> bool:
+    return float(np.ptp(motor)) <= ROUND
 
 
 def unwrapped(motor: Floats) -> Floats:
@@ -88,9 +112,16 @@ def unwrapped(motor: Floats) -> Floats:
     Raises
     ------
     InputError
-        Where it turns so far between two rows that its sense cannot be told.
+        Where it turns so far between two rows that its sense cannot be told, or jumps back by more though it is not
+        within one turn.
     """
-    if float(np.ptp(motor)) > 2.0 * math.pi * (1.0 + 1e-6):
+    if not _within_turn(motor):
+        onwards = np.diff(motor) * np.sign(np.median(np.diff(motor)))
+        if onwards.min() < -COARSE:
+            raise InputError(
+                f"motor jumps back by {math.degrees(-float(onwards.min())):.0f} deg, and is not within one turn; "
+                "record it within a turn, or without jumps"
+            )
         return motor
     whole = np.unwrap(motor)
     steps = np.abs(np.diff(whole))
@@ -102,13 +133,31 @@ def unwrapped(motor: Floats) -> Floats:
     return np.asarray(whole)
 
 
+def check_motor(log: Log, scenario: Scenario) -> None:
+    """Whether a motor that was recorded within a turn was so often enough for the scenario's drive.
+
+    Raises
+    ------
+    InputError
+        Where whole turns between rows would not show.
+    """
+    longest, frequency = float(np.diff(log.time).max()), abs(scenario.drive.frequency)
+    if log.within_turn and 2.0 * math.pi * frequency * longest > COARSE:
+        raise InputError(
+            f"motor is recorded within a turn, and rows lie up to {longest:.3g} s apart, in which a drive at "
+            f"{frequency:.3g} Hz makes {frequency * longest:.3g} turns; record it at least every "
+            f"{COARSE / (2.0 * math.pi * frequency):.2g} s, or without jumps"
+        )
+
+
 def _marks(comments: Sequence[str]) -> dict[str, str]:
     """What the comment lines state, in lower case."""
-    found = dict(_DEFAULTS)
+    stated: dict[str, str] = {}
     for line in comments:
         key, colon, value = (part.strip().lower() for part in line.partition(":"))
-        if colon and key in _CHOICES:
-            found[key] = value
+        if colon and key in _CHOICES and stated.setdefault(key, value) != value:
+            raise InputError(f"comment lines state both '# {key}: {stated[key]}' and '# {key}: {value}'")
+    found = {**_DEFAULTS, **stated}
     for key, choices in _CHOICES.items():
         if found.get(key) not in choices:
             raise InputError(
@@ -151,8 +200,9 @@ def replayed(scenario: Scenario, log: Log, source: str) -> Scenario:
     Raises
     ------
     InputError
-        Where the rotation axis comes too close to upright.
+        Where the rotation axis comes too close to upright, or the motor may have turned whole turns between rows.
     """
+    check_motor(log, scenario)
     axis = (-1.0 if log.reversed_axis else 1.0) * log.tool[:, :3, 0]
     yaw = np.unwrap(np.arctan2(axis[:, 1], axis[:, 0]))
     pitch = np.arcsin(np.clip(axis[:, 2], -1.0, 1.0))

@@ -15,7 +15,7 @@ from helimag.robot.arm.planning import ArmPlan
 from helimag.robot.krl.comparison import Deviation, deviation
 from helimag.robot.krl.interpreter import play
 from helimag.robot.krl.sequence import lead_time
-from helimag.robot.krl.writer import checked_name, name_for, write_krl
+from helimag.robot.krl.writer import LONGEST_NAME, checked_name, name_for, write_krl
 from helimag.robot.rehearsal import Gate, checked_run, gate, rehearse, shown
 from helimag.robot.report import remedies, report
 from helimag.robot.robodk import write_robodk
@@ -41,7 +41,7 @@ def write_programme(
         What :func:`rehearse` gave for this plan; without it the programme is simulated here. A run of another
         scenario, with other unwindings, from another start or shorter than the programme is refused.
     name
-        Of the KRL module and of the files; default made of the scenario's name.
+        Of the KRL module and of the files; default made of the scenario's name, and of a changed one's hash.
     accept_unbounded
         Write although the run's verdict is not bounded, or the device leaves when the run goes on; the header then
         carries a warning.
@@ -82,7 +82,7 @@ def programme_texts(
     certificate: Certificate | None = None,
 ) -> dict[str, str]:
     """The files of a programme as texts by file name; parameters and errors as for :func:`write_programme`."""
-    name = name_for(plan.scenario.name) if name is None else checked_name(name)
+    name = _own_name(plan) if name is None else checked_name(name)
     feasible_or_refused(plan)
     proof = [] if certificate is None else [_proof_line(plan, certificate)]
     judged = gate(plan, rehearse(plan) if run is None else checked_run(plan, run))
@@ -106,6 +106,13 @@ def programme_texts(
     header.append(f"Read back: {_shown(found)}")
     src, dat = write_krl(plan, name, header, spline=spline)
     return {f"{name}.src": src, f"{name}.dat": dat, **_other_texts(plan, name, header)}
+
+
+def _own_name(plan: ArmPlan) -> str:
+    """A name made of the scenario's; of a changed one also of its hash, so that the two are told apart."""
+    scenario = plan.scenario
+    plain = name_for(scenario.name)
+    return plain if scenario.title == scenario.name else f"{plain[: LONGEST_NAME - 7]}_{scenario.hash[:6]}"
 
 
 def _other_texts(plan: ArmPlan, name: str, header: list[str]) -> dict[str, str]:

@@ -25,6 +25,9 @@ from helimag.robot.krl.writer import checked_name, comment, frame_pose, number
 _SCRIPT = '''\
 {comments}
 # Run it in RoboDK with the arm loaded, to see the run or to make a programme with another post processor.
+# An override is neither set nor asked for here: at half an override the arm takes twice as long, the magnet does not.
+# What is switched off on a stop is switched off where this script is stopped; a programme that a post processor makes
+# of it does not do so by itself. What was read back is the KRL programme of the same steps.
 import json
 
 from robodk.robolink import ITEM_TYPE_ROBOT, Robolink
@@ -37,32 +40,43 @@ PROGRAMME = json.loads(r"""
 
 link = Robolink()
 arm = link.ItemUserPick("Select the arm", ITEM_TYPE_ROBOT)
-arm.setPoseFrame(KUKA_2_Pose(PROGRAMME["base"]))
-arm.setPoseTool(KUKA_2_Pose(PROGRAMME["tool"]))
-arm.setAcceleration(PROGRAMME["acceleration"])
-rounding = None
-for step in PROGRAMME["steps"]:
-    order = step["order"]
-    if order == "speed":
-        arm.setSpeed(step["speed"])
-    elif order == "joint speed":
-        arm.setSpeedJoints(step["speed"])
-    elif order == "output":
-        arm.setDO(step["number"], int(step["on"]))
-    elif order == "input":
-        arm.waitDI(step["number"], int(step["on"]))
-    elif order == "wait":
-        arm.Pause(1e3 * step["seconds"])
-    else:
-        if step["rounding"] != rounding:
-            rounding = step["rounding"]
-            arm.setRounding(rounding)
-        if order == "joints":
-            arm.MoveJ(step["target"])
-        elif order == "arc":
-            arm.MoveC(KUKA_2_Pose(step["via"]), KUKA_2_Pose(step["target"]))
+
+
+def run():
+    arm.setPoseFrame(KUKA_2_Pose(PROGRAMME["base"]))
+    arm.setPoseTool(KUKA_2_Pose(PROGRAMME["tool"]))
+    arm.setAcceleration(PROGRAMME["acceleration"])
+    rounding = None
+    for step in PROGRAMME["steps"]:
+        order = step["order"]
+        if order == "speed":
+            arm.setSpeed(step["speed"])
+        elif order == "joint speed":
+            arm.setSpeedJoints(step["speed"])
+        elif order == "output":
+            arm.setDO(step["number"], int(step["on"]))
+        elif order == "input":
+            arm.waitDI(step["number"], int(step["on"]))
+        elif order == "wait":
+            arm.Pause(1e3 * step["seconds"])
         else:
-            arm.MoveL(KUKA_2_Pose(step["target"]))
+            if step["rounding"] != rounding:
+                rounding = step["rounding"]
+                arm.setRounding(rounding)
+            if order == "joints":
+                arm.MoveJ(step["target"])
+            elif order == "arc":
+                arm.MoveC(KUKA_2_Pose(step["via"]), KUKA_2_Pose(step["target"]))
+            else:
+                arm.MoveL(KUKA_2_Pose(step["target"]))
+
+
+try:
+    run()
+except BaseException:
+    for number in PROGRAMME["off_on_a_stop"]:
+        arm.setDO(number, 0)
+    raise
 '''
 
 
@@ -84,6 +98,7 @@ def write_robodk(plan: ArmPlan, name: str, header: Sequence[str] = ()) -> str:
         "base": base,
         "tool": tool,
         "acceleration": float(number(1e3 * plan.cell.acceleration, 6)),
+        "off_on_a_stop": [] if plan.cell.motor is None else [plan.cell.motor.run_output],
         "steps": [entry for step in sequence(plan) for entry in _entries(plan, step)],
     }
     comments = "\n".join("#" + comment(line)[1:] for line in header)

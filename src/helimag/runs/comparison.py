@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.geometry import turn
-from helimag.outcomes import End
+from helimag.outcomes import End, Verdict
 from helimag.runs.gain import Judgement, judge
 from helimag.runs.measurement import NORMAL_95, SIMULATIONS, Measured, gain, output
 from helimag.runs.trajectory import Trajectory
@@ -22,6 +22,9 @@ TRIES = 201
 # share by which a shift in time must lessen the rms difference to be used: along a steady path it is undetermined
 WORTH = 0.02
 BEGINNING = 0.5  # over which the start is averaged (s)
+# a comparison of less than this share of the shorter run, of fewer samples, or after a shift of the clocks by more of
+# the common time than this says so
+WHOLE, SAMPLES, SHIFTED = 0.75, 10, 0.1
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,7 @@ class Comparison:
     ``time_shift``, then turned by ``yaw`` about z, then moved by ``translation``. Its gain does not change by that.
 
     Gains, outputs and verdicts are those of ``measured_part`` and ``simulated_part``: the time that the two share.
+    ``bracketed`` is whether shifts to either side of the one that was taken were tried and found worse.
     """
 
     measured: Trajectory
@@ -50,6 +54,7 @@ class Comparison:
     simulated_attack: Floats | None
     attack_sd: Floats
     time_shift: float
+    bracketed: bool
     yaw: float
     translation: Floats
     measured_output: Measured
@@ -95,13 +100,43 @@ class Comparison:
     def agrees(self) -> bool | None:
         """Whether both have the same verdict and the simulated gain lies in the measured gain's 95 % interval.
 
-        None where that interval is not known.
+        None where nothing speaks against it, but that interval is not known or a verdict undecided.
         """
         if self.measured_gain.interval is None:
             return None
-        same = self.measured_judgement.verdict == self.simulated_part.verdict
+        verdicts = {self.measured_judgement.verdict, self.simulated_part.verdict}
         slack = 1e-9 * self.simulated_gain  # of rounding
-        return bool(same and self.measured_gain.low - slack <= self.simulated_gain <= self.measured_gain.high + slack)
+        inside = self.measured_gain.low - slack <= self.simulated_gain <= self.measured_gain.high + slack
+        if not inside or len(verdicts - {Verdict.UNDECIDED}) > 1:
+            return False
+        return None if Verdict.UNDECIDED in verdicts else True
+
+    @property
+    def doubts(self) -> dict[str, str]:
+        """What makes the comparison say less than it seems to: in two words, and at length."""
+        common = float(np.ptp(self.time))
+        shorter = common + min(self.left_out)
+        starts = float(_values(self.measured, "time")[0] - _values(self.simulated, "time")[0])
+        moved = min(abs(self.time_shift), abs(self.time_shift - starts))  # from a common clock, from a common start
+        doubts = {}
+        if self.time.size < SAMPLES:
+            doubts["few samples"] = f"only {self.time.size} samples are set beside each other"
+        if common < WHOLE * shorter:
+            share = 100.0 * common / shorter
+            doubts["little in common"] = (
+                f"only {common:.2f} s are set beside each other, {share:.0f} % of the shorter run"
+            )
+        if moved > SHIFTED * common:
+            doubts["clocks shifted"] = (
+                f"the clocks are shifted by {moved:.2f} s, {100.0 * moved / common:.0f} % of the time that is "
+                "compared; where both are known, leave them (align none)"
+            )
+        if not self.bracketed:
+            doubts["shift at its limit"] = (
+                "the shift of the clocks is the last that was tried: the runs may be further apart, or not belong "
+                "together"
+            )
+        return doubts
 
     @property
     def numbers(self) -> dict[str, Any]:
@@ -142,6 +177,7 @@ class Comparison:
                 "reason": self.simulated_part.judgement.reason,
             },
             "agrees": self.agrees,
+            "doubts": list(self.doubts.values()),
         }
 
 
@@ -171,7 +207,7 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
     """
     if align not in ("fit", "start", "none"):
         raise InputError(f"align must be fit, start or none; got {align!r}")
-    shift, yaw, move = _alignment(measured, simulated, align)
+    shift, bracketed, yaw, move = _alignment(measured, simulated, align)
     time = _values(measured, "time")
     inside = _inside(time, simulated, shift)
     if inside.sum() < 2:
@@ -208,6 +244,7 @@ def compare(measured: Trajectory, simulated: Trajectory, *, align: Alignment = "
         simulated_attack=_at(simulated, "attack_angle", time - shift) if "attack_angle" in simulated.dataset else None,
         attack_sd=attack_sd,
         time_shift=shift,
+        bracketed=bracketed,
         yaw=yaw,
         translation=move,
         measured_output=own_output,
@@ -257,24 +294,25 @@ def _inside(time: Floats, simulated: Trajectory, shift: float) -> NDArray[np.boo
     return np.asarray((time - shift >= known[0] - slack) & (time - shift <= known[-1] + slack))
 
 
-def _alignment(measured: Trajectory, simulated: Trajectory, align: Alignment) -> tuple[float, float, Floats]:
-    """Shift in time (s), turn about z (rad) and move (m) that take the simulated run to the measured one."""
+def _alignment(measured: Trajectory, simulated: Trajectory, align: Alignment) -> tuple[float, bool, float, Floats]:
+    """Shift in time (s), whether it is bracketed, turn about z (rad) and move (m), for the simulated run."""
     if align == "none":
-        return 0.0, 0.0, np.zeros(3)
+        return 0.0, True, 0.0, np.zeros(3)
     time = _values(measured, "time")
     together = float(time[0] - _values(simulated, "time")[0])
     if align == "start":
         first = time <= time[0] + BEGINNING
         move = (_values(measured, "position")[first] - _at(simulated, "position", time[first] - together)).mean(axis=0)
-        return together, 0.0, np.asarray(move)
+        return together, True, 0.0, np.asarray(move)
     shifts = together + np.linspace(-LATEST, LATEST, TRIES)
     least = 0.5 * _inside(time, simulated, together).sum()
     fits = [_moved(measured, simulated, shift, least) for shift in shifts]
     plain = _moved(measured, simulated, together, 2)
     best = min(range(TRIES), key=lambda i: fits[i][0])
     if not np.isfinite(fits[best][0]) or fits[best][0] > (1.0 - WORTH) * plain[0]:
-        return together, plain[1], plain[2]
-    return float(shifts[best]), fits[best][1], fits[best][2]
+        return together, True, plain[1], plain[2]
+    beside = [fits[i][0] if 0 <= i < TRIES else np.inf for i in (best - 1, best + 1)]
+    return float(shifts[best]), bool(np.isfinite(beside).all()), fits[best][1], fits[best][2]
 
 
 def _moved(measured: Trajectory, simulated: Trajectory, shift: float, least: float) -> tuple[float, float, Floats]:

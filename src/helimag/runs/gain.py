@@ -87,10 +87,7 @@ def judge(run: Heights) -> Judgement:
     >>> round(judgement.gain, 6), str(judgement.verdict)
     (0.02, 'undecided')
     """
-    for name in ("time", "low", "high", "mean", "attack", "attack_square"):
-        values = getattr(run, name)
-        if values.size == 0 or not np.isfinite(values).all():
-            raise InputError(f"a run must have samples of {name} that are all finite")
+    _check_finite(run)
     if not run.initial_gap > 0.0:
         raise InputError("the gain needs a device that starts at another height than the magnet")
     output = float(run.high.max() - run.low.min())
@@ -110,6 +107,16 @@ def judge(run: Heights) -> Judgement:
         attack_angle=attack_angle,
         touches=run.touches,
     )
+
+
+def _check_finite(run: Heights) -> None:
+    """Raise InputError where a run has no samples, or one that is not finite: all looked at at once, then by name."""
+    samples = {name: getattr(run, name) for name in ("time", "low", "high", "mean", "attack", "attack_square")}
+    if all(values.size for values in samples.values()) and np.isfinite(np.concatenate(list(samples.values()))).all():
+        return
+    for name, values in samples.items():
+        if values.size == 0 or not np.isfinite(values).all():
+            raise InputError(f"a run must have samples of {name} that are all finite")
 
 
 def gain_until(run: Heights, time: float) -> float:
@@ -140,7 +147,8 @@ def gain_until(run: Heights, time: float) -> float:
 
 def _late_means(run: Heights) -> tuple[float, float]:
     """Means over the second half of the run of attack angle (rad) and its square: a sample is of what it ends."""
-    late = run.time >= run.time[0] + (run.time[-1] - run.time[0]) / 2.0
+    first = int(np.searchsorted(run.time, run.time[0] + (run.time[-1] - run.time[0]) / 2.0))
+    late = slice(first, None)
     weights = run.spans[late]
     total = weights.sum()
     if not total > 0.0:

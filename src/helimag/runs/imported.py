@@ -30,6 +30,7 @@ NEEDED = ("time", "x", "y", "z")
 # sizes (m, rad) that no laboratory's track has: beyond them a unit or a digit is wrong
 MOST = {"x": 100.0, "y": 100.0, "z": 100.0, "x_sd": 1.0, "y_sd": 1.0, "z_sd": 1.0, "attack_angle": np.pi / 2}
 MOST["attack_angle_sd"] = np.pi
+JUMP = 5.0  # usual steps from row to row: farther there and back again, nothing swims
 
 
 def import_track(path: str | Path, *, initial_gap: float, name: str | None = None) -> Trajectory:
@@ -82,6 +83,7 @@ def import_track(path: str | Path, *, initial_gap: float, name: str | None = Non
             line = table.lines[there][empty[0]]
             raise InputError(f"{path}: line {line}: {key} must have a number in every row that has a position")
         _check_size(key, values, table.lines[there], path)
+    _check_placeholders(variables["position"], table.lines[there], path)
     times = kept["time"]
     wide = np.flatnonzero(np.diff(times) > 1.6 * interval)
     gaps = [[float(times[i] - times[0]), float(times[i + 1] - times[0]), "no position in the file"] for i in wide]
@@ -108,4 +110,20 @@ def _check_size(key: str, values: Floats, lines: NDArray[np.int64], path: str | 
         raise InputError(
             f"{path}: line {lines[bad[0]]}: {key} must be {sign}{bound}; got '{q.show(float(values[bad[0]]), kind)}'; "
             f"check its unit"
+        )
+
+
+def _check_placeholders(position: Floats, lines: NDArray[np.int64], path: str | Path) -> None:
+    """Refuse a row of three zeros far from its neighbours: some programs write a frame without a device so."""
+    if position.shape[0] < 3:
+        return
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    zero = np.all(position == 0.0, axis=1)
+    usual = steps[~zero[:-1] & ~zero[1:] & (steps > 0.0)]  # those to and from such a row are none
+    far = JUMP * float(np.median(usual)) if usual.size else 0.0
+    lost = np.flatnonzero(zero[1:-1] & (steps[:-1] > far) & (steps[1:] > far))
+    if lost.size:
+        raise InputError(
+            f"{path}: line {lines[lost[0] + 1]}: x, y and z are 0, far from the rows before and after; leave the cells "
+            "of a frame without a position empty"
         )

@@ -1,8 +1,12 @@
 """Field types of a scenario: numbers that are SI inside and text with a unit in a file."""
 
+import json
 import math
+import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from functools import cached_property
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -17,13 +21,31 @@ from pydantic_core import CoreSchema, core_schema
 
 from helimag import quantities as q
 from helimag.errors import InputError
-from helimag.scenario._limits import check_size
+from helimag.scenario._limits import check_size, sizes
+
+KEPT = "_canonical"  # beside the fields, and none of them
+UNDECIDING = {"moment_uncertainty"}  # field of a part that decides no run
 
 
 class Part(BaseModel):
     """A part of a scenario, or of another file: frozen, and without keys it does not know."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @property
+    def canonical(self) -> str:
+        """All that decides a run, as JSON with sorted keys; kept, as runs of a sweep share all parts but one or two."""
+        kept: str | None = self.__dict__.get(KEPT)
+        if kept is None:
+            kept = json.dumps(self.model_dump(mode="python", exclude=UNDECIDING, exclude_none=True), sort_keys=True)
+            self.__dict__[KEPT] = kept
+        return kept
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Pydantic's copy, without what was kept of the values before."""
+        copied = super().model_copy(update=update, deep=deep)
+        copied.__dict__.pop(KEPT, None)
+        return copied
 
 
 @dataclass(frozen=True)
@@ -38,7 +60,19 @@ class Quantity:
 
     def read(self, value: object, info: ValidationInfo) -> float:
         """SI value of text with a unit, or of a number given from Python."""
-        return self.checked(value, in_file=bool(info.context and info.context.get("file")))
+        context = info.context
+        in_file = bool(context and context.get("file"))
+        least, most = self._sensible
+        if type(value) is float and least <= value <= most and not in_file:
+            return value  # what nearly every number of a sweep's runs is
+        return self.checked(value, in_file=in_file)
+
+    @cached_property
+    def _sensible(self) -> tuple[float, float]:
+        """Least and largest number (SI) that has the sign that is wanted, and a sensible size."""
+        least, most = sizes(self.kind)
+        low = {"any": -most, "positive": max(least, sys.float_info.min), "not negative": 0.0}
+        return low[self.sign], most
 
     def checked(self, value: object, *, in_file: bool = False) -> float:
         """SI value, whose sign is as wanted and whose size is sensible."""

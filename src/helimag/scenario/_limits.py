@@ -5,6 +5,7 @@ moments and densities have no limits: where they are absurd, the run's numbers b
 """
 
 import math
+import sys
 from typing import NamedTuple
 
 from helimag import quantities as q
@@ -34,6 +35,12 @@ LIMITS = {
     q.VISCOSITY: Limits(1e-6, "a tenth of that of gases", 1e6, "where nothing moves within a day"),
 }
 LEAST_FREQUENCY = 1e-6  # Hz: a turn in eleven days; steps are counted in turns
+
+
+def sizes(kind: q.Kind) -> tuple[float, float]:
+    """Least size of a positive quantity of a kind, and largest size of any (SI): all numbers where it has no limits."""
+    limits = LIMITS.get(kind)
+    return (0.0, sys.float_info.max) if limits is None else (limits.least, limits.most)
 
 
 def check_size(value: float, kind: q.Kind, *, positive: bool) -> None:

@@ -1,7 +1,6 @@
 """The scenario as a whole: a frozen model with its rules, changed copies, a hash and its text."""
 
 import hashlib
-import json
 import unicodedata
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -13,6 +12,7 @@ from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.notebook import summary
 from helimag.scenario._device import Device, Part
+from helimag.scenario._fields import UNDECIDING
 from helimag.scenario._leaves import leaf, nowhere
 from helimag.scenario._refusals import messages
 from helimag.scenario._surroundings import Drive, Fluid, Magnet, Run, Workspace
@@ -81,13 +81,16 @@ class Scenario(Part):
     @property
     def decisive(self) -> dict[str, Any]:
         """All that decides the run, nested, as Python values; names, provenance and uncertainties do not."""
-        idle: Any = {"name": True, "provenance": True, "magnet": {"__all__": {"moment_uncertainty"}}}
+        idle: Any = {"name": True, "provenance": True, "magnet": {"__all__": UNDECIDING}}
         return self.model_dump(mode="python", exclude=idle, exclude_none=True)
 
     @property
     def hash(self) -> str:
-        """SHA-256 of all that decides the run; names, provenance and uncertainties do not."""
-        return hashlib.sha256(json.dumps(self.decisive, sort_keys=True).encode()).hexdigest()
+        """SHA-256 of all that decides the run, as JSON with sorted keys: put together from that of its parts."""
+        magnets = ", ".join(magnet.canonical for magnet in self.magnet)
+        parts = {name: getattr(self, name).canonical for name in ("device", "drive", "fluid", "run", "workspace")}
+        whole = sorted({**parts, "magnet": f"[{magnets}]"}.items())
+        return hashlib.sha256(("{" + ", ".join(f'"{name}": {text}' for name, text in whole) + "}").encode()).hexdigest()
 
     @property
     def title(self) -> str:

@@ -1,5 +1,6 @@
 """What a changed scenario is called: the name of what it was, and what was changed."""
 
+import unicodedata
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -22,19 +23,22 @@ def titled(scenario: "Scenario", origin: "Scenario | None") -> str:
         What it was changed from, unless it has the name of a preset, which says itself what it was; None if unchanged.
     """
     preset = _preset(scenario.name)
-    was = origin if preset is None else preset
-    if was is None or was.name != scenario.name or was.hash == scenario.hash:
-        return scenario.name
+    was, name = (origin, scenario.name) if preset is None else (preset, preset.name)
+    if was is None or was.name != name or was.hash == scenario.hash:
+        return name
     found = [_told(path, scenario, was) for path in _changed(was.decisive, scenario.decisive)]
     what = ", ".join(found) if len(found) <= MOST_TOLD else f"{len(found)} changes"
-    return f"{scenario.name}, {what}"
+    return f"{name}, {what}"
 
 
 @lru_cache(maxsize=32)
 def _preset(name: str) -> "Scenario | None":
+    """The preset that a name calls up in who reads it: that name, however it is spelt, or a title made of it."""
     from helimag.scenario._files import load, preset_names
 
-    return load(name) if name in preset_names() else None
+    seen = "".join(sign for sign in unicodedata.normalize("NFKC", name) if unicodedata.category(sign) != "Cf")
+    read = "".join(seen.casefold().split(",")[0].split())
+    return load(read) if read in preset_names() else None
 
 
 def _changed(one: Any, other: Any, path: str = "") -> Iterator[str]:

@@ -2,9 +2,9 @@
 
 Asking is instant. Whatever was on its way for an older question is given up, and nothing is replayed; the last question
 is always answered. Two threads answer it, side by side: one at once, with the run where leaps over turns of the magnet
-make it short and with the run's beginning where they do not; the other with the run, however long it takes, once the
-hand is slow enough, and then, when it rests, with the outlook. The kernels run outside of Python's lock, so threads are
-enough.
+make it short and with the run's beginning where they do not; the other with the run where that is still to be made,
+however long it takes, once the hand is slow enough, and then, when it rests, with the outlook. The kernels run outside
+of Python's lock, so threads are enough.
 """
 
 import logging
@@ -78,6 +78,8 @@ class Live:
         self._asked: Question | None = None
         self._number = 0  # of the newest question
         self._settled = 0  # of the newest that has had more than a first answer
+        self._looked_at = 0  # of the newest of which it is known whether leaps give all of it at once
+        self._leapt: Trajectory | None = None  # that run, where they do
         self._closed = False
         self.idle = threading.Event()  # others may use the cores
         self.idle.set()
@@ -115,23 +117,47 @@ class Live:
 
     def _answer_first(self) -> None:
         for question in self._questions():
-            if question.scenario.run.duration <= QUICK:
-                continue
-            go_on = self._go_on(question)
             try:
-                run = first_run(question.scenario, go_on)
-                self._say(News(question.number, Stage.FIRST, answered(run), run, pictured(run)))
+                self._first(question)
             except (Superseded, HelimagError):
                 continue  # a newer question is waiting, or the other worker will say what is wrong
             except Exception as error:  # noqa: BLE001  the next question is to be answered all the same
                 unforeseen(error)
+            finally:
+                self._hand_over(question, None)  # so that nobody waits where it failed
+
+    def _first(self, question: Question) -> None:
+        """Say all of a run, where leaps give it at once, and its beginning otherwise; nothing of one that is short."""
+        scenario, go_on = question.scenario, self._go_on(question)
+        if scenario.run.duration <= QUICK:
+            return
+        run = leapt(scenario, go_on)
+        if run is not None:
+            self._say(News(question.number, Stage.WHOLE, answered(run), run, pictured(run)))
+        self._hand_over(question, run)
+        if run is None:
+            run = beginning(scenario, go_on)
+            self._say(News(question.number, Stage.FIRST, answered(run), run, pictured(run)))
+
+    def _hand_over(self, question: Question, run: Trajectory | None) -> None:
+        """Let the other worker know of a run that was told as a whole, or that it is to make it."""
+        with self._changed:
+            if self._looked_at < question.number:
+                self._looked_at, self._leapt = question.number, run
+                self._changed.notify_all()
+
+    def _handed_over(self, question: Question) -> Trajectory | None:
+        """The run, where the other worker has told all of it."""
+        with self._changed:
+            self._changed.wait_for(lambda: max(self._looked_at, self._number - 1) >= question.number)
+            if question.number != self._number:
+                raise Superseded
+            return self._leapt
 
     def _answer_whole(self) -> None:
         for question in self._questions():
             stage = Stage.WHOLE
             try:
-                if question.number != self._settled + 1:
-                    self._wait(question, STILL)
                 for news in self._news(question):
                     self._say(news)
                     stage = Stage.AFTERWARDS
@@ -146,19 +172,23 @@ class Live:
                     self.idle.set()
 
     def _news(self, question: Question) -> Iterator[News]:
-        go_on = self._go_on(question)
-        run = simulate(question.scenario, progress=go_on)
-        go_on(0.0)
-        yield News(question.number, Stage.WHOLE, answered(run), run, pictured(run))
+        go_on, behind = self._go_on(question), question.number != self._settled + 1
+        run = self._handed_over(question)
+        if run is None:
+            if behind:
+                self._wait(question, STILL)
+            run = simulate(question.scenario, progress=go_on)
+            go_on(0.0)
+            yield News(question.number, Stage.WHOLE, answered(run), run, pictured(run))
         self._wait(question, REST)
         outlook = explain(run, progress=go_on)
         go_on(0.0)
         yield News(question.number, Stage.AFTERWARDS, answered(run, outlook.text), run)
 
     def _say(self, news: News) -> None:
-        """Tell news, but for a first answer that comes after the whole one."""
+        """Tell news; but not of an older question than was settled, nor a first answer after the whole one."""
         with self._telling:
-            if news.stage is Stage.FIRST and self._settled >= news.number:
+            if self._settled > news.number or (news.stage is Stage.FIRST and self._settled == news.number):
                 return
             if news.stage is not Stage.FIRST:
                 self._settled = news.number
@@ -180,16 +210,15 @@ class Live:
                 raise Superseded
 
 
-def first_run(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory:
-    """What is soon known of a run: all of it by leaps, or its beginning."""
-    leapt = _leapt(scenario, go_on) if leaps_hold(system_of(scenario)) else None
-    if leapt is not None:
-        return leapt
+def beginning(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory:
+    """The first part of a run."""
     return simulate(scenario, duration=scenario.run.duration / SHARE, progress=go_on)
 
 
-def _leapt(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory | None:
-    """The run by leaps; None where they take long: where the device slips, say, they are steps."""
+def leapt(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory | None:
+    """The run by leaps; None where there are none, or they take long: where the device slips, say, they are steps."""
+    if not leaps_hold(system_of(scenario)):
+        return None
     begun = time.monotonic()
 
     def soon(done: float) -> None:

@@ -20,8 +20,8 @@ Rows = dict[str, NDArray[np.generic]]
 
 HASH_BYTES = 32
 # runs of a chunk, those of devices too, whose histories are held in memory: as many as hold so many samples
-FEWEST_AT_ONCE, MOST_AT_ONCE = 64, 128
-SAMPLES_AT_ONCE = 120_000
+FEWEST_AT_ONCE, MOST_AT_ONCE = 64, 512
+SAMPLES_AT_ONCE = 80_000
 
 # name: unit, meaning; one number a run
 SCALARS: dict[str, tuple[str, str]] = {
@@ -102,7 +102,7 @@ def compute(
         As for :func:`helimag.engine.advance`.
     """
     rows = empty_rows(len(scenarios), kept)
-    _say(rows, slice(None), Reason.SCENARIO_REFUSED)
+    _say(rows, range(len(scenarios)), [Reason.SCENARIO_REFUSED] * len(scenarios))
     valid = [(point, scenario) for point, scenario in enumerate(scenarios) if scenario is not None]
     total = len(valid) * (1 if kept.devices is None else 1 + len(kept.devices))
     ended: dict[int, list[Judgement]] = {point: [] for point, _ in valid}
@@ -113,15 +113,16 @@ def compute(
         seen = None if progress is None else partial(_part_seen, progress, begin, len(batch), total)
         engine: dict[str, Any] = {"method": method_named(kept.method), "threads": threads, "progress": seen}
         histories = advance([run.scenario for run in batch], initial_states=states, **engine)
-        for run, history in zip(batch, histories, strict=True):
-            if not run.drawn:
-                _fill(rows, run.point, history)
-            elif (judgement := _judged(history)) is not None:
+        judgements = [_judged(history) for history in histories]
+        own = [i for i, run in enumerate(batch) if not run.drawn]
+        _fill(rows, [batch[i].point for i in own], [histories[i] for i in own], [judgements[i] for i in own])
+        for run, judgement in zip(batch, judgements, strict=True):
+            if run.drawn and judgement is not None:
                 ended[run.point].append(judgement)
         begin += len(batch)
     if kept.devices is not None:
-        for point, judgements in ended.items():
-            _fill_spread(rows, point, judgements, len(kept.devices))
+        for point, drawn in ended.items():
+            _fill_spread(rows, point, drawn, len(kept.devices))
     return rows
 
 
@@ -182,35 +183,43 @@ def _judged(history: History) -> Judgement | None:
         return None
 
 
-def _fill(rows: Rows, run: int, history: History) -> None:
-    """Write one run's results into its row."""
-    rows["scenario_hash"][run] = np.frombuffer(bytes.fromhex(history.scenario.hash), np.uint8)
+def _fill(
+    rows: Rows, points: Sequence[int], histories: Sequence[History], judgements: Sequence[Judgement | None]
+) -> None:
+    """Write runs' results into the rows of their points, column by column: many times faster than run by run."""
+    digests = b"".join(bytes.fromhex(history.scenario.hash) for history in histories)
+    rows["scenario_hash"][points] = np.frombuffer(digests, np.uint8).reshape(-1, HASH_BYTES)
     if "position" in rows:
-        count = min(history.time.size, rows["position"].shape[1])
-        if history.time[count - 1] != _due(history, count - 1):
-            count -= 1  # the last sample is that of the end, between two of the times that are kept
-        rows["position"][run, :count] = history.states[:count, :3]
-        rows["quaternion"][run, :count] = history.states[:count, 3:]
-    if history.status is End.NOT_FINITE:
-        _say(rows, run, Reason.NUMBERS_BROKE_DOWN)
-        rows["end_time"][run] = history.time[-1]
-        return
-    judgement = _judged(history)
-    if judgement is None:
-        return
+        for point, history in zip(points, histories, strict=True):
+            _fill_places(rows, point, history)
+    judged = [i for i, judgement in enumerate(judgements) if judgement is not None]
+    found = [judgement for judgement in judgements if judgement is not None]
+    where = [points[i] for i in judged]
     for name in SCALARS:
         if name != "height_change":
-            value = getattr(judgement, name)
-            rows[name][run] = np.nan if value is None else value
-    heights = history.heights
-    rows["height_change"][run] = heights.mean[-1] - heights.mean[0]
-    _say(rows, run, judgement.cause)
+            rows[name][where] = [getattr(judgement, name) for judgement in found]  # NaN for None
+    means = [histories[i].heights.mean for i in judged]
+    rows["height_change"][where] = [mean[-1] - mean[0] for mean in means]
+    _say(rows, where, [judgement.cause for judgement in found])
+    broken = [i for i, history in enumerate(histories) if history.status is End.NOT_FINITE]
+    lost = [points[i] for i in broken]
+    rows["end_time"][lost] = [histories[i].time[-1] for i in broken]
+    _say(rows, lost, [Reason.NUMBERS_BROKE_DOWN] * len(lost))
 
 
-def _say(rows: Rows, where: int | slice, cause: Reason) -> None:
-    """Write the verdict and its reason into rows."""
-    rows["verdict"][where] = cause.verdict.flag
-    rows["reason"][where] = cause.flag
+def _fill_places(rows: Rows, point: int, history: History) -> None:
+    """Write where a run was at the times that are kept."""
+    count = min(history.time.size, rows["position"].shape[1])
+    if history.time[count - 1] != _due(history, count - 1):
+        count -= 1  # the last sample is that of the end, between two of the times that are kept
+    rows["position"][point, :count] = history.states[:count, :3]
+    rows["quaternion"][point, :count] = history.states[:count, 3:]
+
+
+def _say(rows: Rows, where: Sequence[int], causes: Sequence[Reason]) -> None:
+    """Write verdicts and their reasons into rows."""
+    rows["verdict"][where] = [cause.verdict.flag for cause in causes]
+    rows["reason"][where] = [cause.flag for cause in causes]
 
 
 def _due(history: History, sample: int) -> float:

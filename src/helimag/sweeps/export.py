@@ -71,10 +71,29 @@ def swept_in(dataset: "xarray.Dataset") -> "xarray.Dataset":
         Where the dataset is none.
     """
     missing = [name for name in (*SCALARS, "verdict", "reason") if name not in dataset]
-    missing += [name for name in ("plan", "scenario", "title") if name not in dataset.attrs]
+    missing += [name for name in ("plan", "scenario", "title") if not isinstance(dataset.attrs.get(name), str)]
     if missing:
         raise InputError(f"a sweep needs {', '.join(missing)}")
-    return dataset.set_coords([name for name in dataset.data_vars if "shown_in" in dataset[name].attrs])
+    swept = dataset.set_coords([name for name in dataset.data_vars if "shown_in" in dataset[name].attrs])
+    _check_values(swept)
+    return swept
+
+
+def _check_values(dataset: "xarray.Dataset") -> None:
+    """Refuse a sweep with values that are none, axes that are missing, or results that do not lie along them."""
+    dims = dataset["verdict"].dims
+    for name in (*scalar_names(dataset), "verdict", "reason"):
+        if dataset[name].dims != dims or dataset[name].dtype.kind not in "fi" or not dataset[name].size:
+            raise InputError(f"a sweep's {name} must lie along its axes")
+    for name, kind in (("verdict", Verdict), ("reason", Reason)):
+        if dataset[name].dtype.kind != "i" or not np.isin(dataset[name].values, [each.flag for each in kind]).all():
+            raise InputError(f"a sweep's {name} must be one of those that helimag gives; another is there")
+    along = {coordinate.attrs.get("long_name"): coordinate for coordinate in dataset.coords.values()}
+    for field in (line.field for line in parse_plan(dataset.attrs["plan"]).axis):
+        if field not in along:
+            raise InputError(f"a sweep needs the values of {field}, along which its plan goes")
+        if along[field].dtype.kind == "f" and not np.isfinite(along[field].values).all():
+            raise InputError(f"a sweep's {field} must hold numbers; some are none")
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from helimag.errors import InputError
 from helimag.orbits.averaged.attraction import Basin, ends_of_runs
 from helimag.orbits.strobe import Watch
 from helimag.outcomes import BasinEnd
-from helimag.runs.shares import wilson
+from helimag.runs.shares import in_percent, wilson
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ class Agreement:
     @property
     def text(self) -> str:
         """The comparison in a sentence."""
-        low, high = (round(100.0 * end) for end in self.interval)
+        low, high = map(in_percent, self.interval)
         counts = self.counts
         return (
-            f"of {self.starts.size} starts that full runs judged too, the models agree on {100.0 * self.share:.0f} % "
+            f"of {self.starts.size} starts that full runs judged too, the models agree on {in_percent(self.share)} % "
             f"(of all starts: {low} to {high} %, with 95 % confidence): {counts['both']} captured by both, "
             f"{counts['only_averaged']} by the averaged model only, {counts['only_full']} by full runs only, "
             f"{counts['neither']} by neither"

@@ -13,6 +13,7 @@ from helimag.orbits.averaged.averaging import SlowFlow, slow_flow
 from helimag.orbits.averaged.paths import averaged_paths
 from helimag.orbits.strobe import Floats, Orbit, Problem, Watch, attitudes, open_water, sense_of, settle, strobed
 from helimag.outcomes import BasinEnd
+from helimag.runs.shares import wilson
 
 FEWEST_TURNS = 12  # of the magnet in a run, so that its later quarters can be compared
 AT = 1e-3  # of the distance: a run that spends its last quarter this near its orbit has come to it
@@ -83,13 +84,30 @@ class Basin:
         return any(bool(np.take(captured, side, axis=i).any()) for i in range(3) for side in (0, -1))
 
     @property
+    def hasty(self) -> bool:
+        """Whether runs ended before the orbit's longest decay time: what had not come to it by then may still come."""
+        return self.duration < -1.0 / self.orbit.growth
+
+    @property
+    def share(self) -> float:
+        """Of the box's cells, how many are captured."""
+        return float(self.captured.mean())
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the share of the box lies that is captured, with 95 per cent, as if its starts were drawn at random."""
+        return wilson(self.share, self.captured.size)
+
+    @property
     def text(self) -> str:
         """Volume and tally in a sentence."""
+        whole = 1e6 * float(np.prod(self.cell)) * self.ends.size
+        low, high = (whole * end for end in self.interval)
         names, counts = np.unique(self.ends, return_counts=True)
         tally = ", ".join(f"{count} {name}" for name, count in zip(names, counts, strict=True))
         return (
-            f"basin of {1e6 * self.volume:.1f} cm3 in this box: of {self.ends.size} starts {tally}, judged after "
-            f"{self.duration:.0f} s by the {self.engine} model; {LET_GO[self.attitude]}"
+            f"basin of {1e6 * self.volume:.1f} cm3 ({low:.1f} to {high:.1f}) in this box: of {self.ends.size} starts "
+            f"{tally}, judged after {self.duration:.0f} s by the {self.engine} model; {LET_GO[self.attitude]}"
         )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from helimag.errors import InputError
 from helimag.orbits.averaged import Basin, FixedPoint, SlowFlow
 from helimag.orbits.curves import BoundaryCurve, Branch, Change, Event, Point, StabilityMap
+from helimag.orbits.datasets.checking import check_basin, check_numbers
 from helimag.orbits.datasets.single import orbits_in
 from helimag.orbits.datasets.variables import Content
 from helimag.orbits.strobe import Floats, Orbit
@@ -41,7 +42,8 @@ Known = list[Orbit] | list[Branch] | KnownMap | KnownFlow | Basin
 
 def content_of(dataset: "xarray.Dataset") -> Content | None:
     """What a dataset about orbits holds; None where it is about something else."""
-    return next((each for each in Content if each.word == dataset.attrs.get("content")), None)
+    said = dataset.attrs.get("content")
+    return next((each for each in Content if isinstance(said, str) and each.word == said), None)
 
 
 def known_in(dataset: "xarray.Dataset") -> Known:
@@ -61,8 +63,11 @@ def known_in(dataset: "xarray.Dataset") -> Known:
     if content is None or content not in READERS:
         raise InputError("there is no orbit, branch, map, flow or basin in this file")
     try:
+        check_numbers(dataset, content)
         known = READERS[content](dataset, parse(str(dataset.attrs["scenario"]), "the file's scenario"))
-    except (KeyError, IndexError, ValueError) as error:
+    except InputError:
+        raise
+    except (KeyError, IndexError, ValueError, TypeError, AttributeError, OverflowError) as error:
         why = " ".join(str(error).split())[:200]
         raise InputError(f"the file's {content.value} is not whole: {why}") from None
     if known == []:
@@ -152,6 +157,7 @@ def _starts(dataset: "xarray.Dataset", orbit: Orbit) -> Basin | None:
 
 
 def _basin(dataset: "xarray.Dataset", scenario: Scenario) -> Basin:
+    check_basin(dataset)
     axes = _axes(dataset)
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     (orbit,) = orbits_in(dataset, [scenario], prefix="around_")

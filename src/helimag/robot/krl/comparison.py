@@ -88,6 +88,7 @@ def deviation(plan: ArmPlan, playback: Playback) -> Deviation:
     differences = (
         *_paces(plan, playback, late),
         *_settings(plan, playback),
+        *_assumed(playback),
         *_joints(plan, playback),
         *on_way_up,
         *beside,
@@ -249,6 +250,15 @@ def _settings(plan: ArmPlan, playback: Playback) -> Iterator[str]:
         yield from _unlike(leg, allowed)
         if i > 1 and leg.override not in {None, 100.0}:
             yield f"{_where(leg)}: $OV_PRO is {leg.override:g}; the plan has 100"
+
+
+def _assumed(playback: Playback) -> Iterator[str]:
+    """Settings that hang on what ran before the programme, each at the first motion that they can change."""
+    told: set[str] = set()
+    for leg in playback.legs:
+        for name in sorted(name for name in leg.assumed - told if _matters(name, leg)):
+            told.add(name)
+            yield f"{_where(leg)}: {name} is what ran before left it at; set it, or call BAS (#INITMOV,0)"
 
 
 def _value(text: str) -> Setting:

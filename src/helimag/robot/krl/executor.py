@@ -15,6 +15,7 @@ from helimag.robot.krl.values import Reference, Value, Variables, evaluate, refe
 MOST = 200_000  # statements that are carried out
 DEEPEST = 20  # calls within calls
 INNERMOST = 100  # blocks within blocks, through calls
+_MAIN = 2  # scopes that are open in the main programme: its own, and what all share
 # what every controller has declared
 _GLOBAL = {
     "TOOL_DATA": "FRAME",
@@ -24,6 +25,7 @@ _GLOBAL = {
     "LDAT_ACT": "LDAT",
     "PDAT_ACT": "PDAT",
 }
+_TABLES = ("TOOL_DATA", "BASE_DATA", "LOAD_DATA")  # of frames and loads by number; the newest controllers have 128
 
 
 class _Flow(Enum):
@@ -41,7 +43,7 @@ class Executor:
         self, module: Module, machine: Machine, inputs: Collection[int] = (), kept: Mapping[str, Value] | None = None
     ) -> None:
         self.module, self.machine, self.inputs = module, machine, frozenset(inputs)
-        self.shared = Variables(types=dict(_GLOBAL))
+        self.shared = Variables(types=dict(_GLOBAL), sizes=dict.fromkeys(_TABLES, 128))
         self.kept = dict(kept or {})
         self.scopes: list[Variables] = []
         self.done = self.depth = self.loops = 0
@@ -107,8 +109,9 @@ class Executor:
                 self._wait_for(parts[0])
             case "call":
                 self._called(str(parts[0]), [argument.children[0] for argument in parts[1:]])
-            case "interrupt_decl" | "interrupt_on" | "interrupt_off":
-                self.interrupts.carry_out(line, moving=bool(self.machine.legs))
+            case "interrupt_decl" | "interrupt_global" | "interrupt_on" | "interrupt_off":
+                in_main = len(self.scopes) == _MAIN
+                self.interrupts.carry_out(line, moving=bool(self.machine.legs), in_main=in_main)
             case "exit_":
                 if not self.loops:
                     raise InputError("EXIT stands in no loop")
@@ -134,7 +137,7 @@ class Executor:
         if any(word not in {"#BASE", *roundings} for word in words):
             raise InputError("motion in the tool's frame is not followed")
         own = [setting for part in parts if _is(part, "with_") for setting in part.children]
-        kept = dict(self.machine.settings.values)
+        kept, assumed = dict(self.machine.settings.values), set(self.machine.settings.assumed)
         for setting in own:  # these hold for the one motion
             reference = reference_of(setting.children[0], self._read)
             if reference.name not in {"$VEL", "$ACC", "$ORI_TYPE", "$CIRC_TYPE", "$APO"}:
@@ -142,7 +145,7 @@ class Executor:
             self.machine.settings.write(reference, self._value(setting.children[1]))
         self.machine.move(order, points, roundings, line.number, inside=inside)
         if own:
-            self.machine.settings.values = kept
+            self.machine.settings.values, self.machine.settings.assumed = kept, assumed
 
     def _point(self, tree: Any) -> dict[str, Any]:
         value = self._value(tree)
@@ -174,14 +177,17 @@ class Executor:
         self.machine.stop()
 
     def _declare(self, parts: list[Any], *, opaque: bool) -> None:
-        kind = str(parts[0])
-        for declared in parts[1:]:
+        constant = str(parts[0]) == "CONST"
+        kind, *names = parts[1:] if constant else parts
+        for declared in names:
             reference = reference_of(declared.children[0], self._read)
             if reference.parts:
                 raise InputError(f"expected a name to declare; got {reference}")
-            self.scopes[-1].declare(kind, reference.name, opaque=opaque)
+            self.scopes[-1].declare(str(kind), reference.name, size=reference.index, opaque=opaque)
             if len(declared.children) > 1:
                 self._write(Reference(reference.name), self._value(declared.children[1]))
+            if constant:
+                self.scopes[-1].constants.add(reference.name)
 
     def _block(self, block: Block) -> _Flow:
         head = block.head
@@ -216,9 +222,13 @@ class Executor:
 
     def _switch(self, block: Block) -> _Flow:
         wanted = self._value(block.head.parts[0])
+        if isinstance(wanted, bool) or not isinstance(wanted, (int, str)):
+            raise InputError(f"SWITCH takes a whole number, a character or a word; got {wanted!r}")
         for opening, body in block.arms[1:]:
             values = [self._value(part) for part in opening.parts]
-            if opening.kind == "default" or any(type(v) is type(wanted) and v == wanted for v in values):
+            if any(type(value) is not type(wanted) for value in values):
+                raise opening.refused(f"CASE must be of the kind of its SWITCH, {wanted!r}")
+            if opening.kind == "default" or wanted in values:
                 return self._all(body)
         return _Flow.NEXT
 

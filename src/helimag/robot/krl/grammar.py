@@ -18,7 +18,8 @@ _GRAMMAR = r"""
     | "ENDDAT"                                                 -> enddat
     | ("EXT" | "EXTP") NAME "(" parameters? ")"                -> nothing
     | "EXTFCT" NAME NAME "(" parameters? ")"                   -> nothing
-    | "GLOBAL"? "INTERRUPT" "DECL" NUMBER "WHEN" expression "DO" NAME "(" ")" -> interrupt_decl
+    | "INTERRUPT" "DECL" NUMBER "WHEN" expression "DO" NAME "(" ")" -> interrupt_decl
+    | "GLOBAL" "INTERRUPT" "DECL" NUMBER "WHEN" expression "DO" NAME "(" ")" -> interrupt_global
     | "INTERRUPT" "ON" NUMBER                                  -> interrupt_on
     | "INTERRUPT" "OFF" NUMBER?                                -> interrupt_off
     | declaration
@@ -57,9 +58,9 @@ with_: "WITH" setting ("," setting)*
 setting: reference "=" expression
 parameters: parameter ("," parameter)*
 parameter: NAME (":" DIRECTION)?
-declaration: "DECL" "GLOBAL"? "CONST"? NAME declared ("," declared)*
-    | "GLOBAL" "CONST"? NAME declared ("," declared)*
-    | "CONST" NAME declared ("," declared)*
+declaration: "DECL" "GLOBAL"? CONST? NAME declared ("," declared)*
+    | "GLOBAL" CONST? NAME declared ("," declared)*
+    | CONST NAME declared ("," declared)*
     | NAME declared ("," declared)*
 declared: reference ("=" expression)?
 argument: expression
@@ -85,6 +86,7 @@ component: NAME ("[" "]")? expression
 reference: (NAME | SYSTEM) ("[" expression "]")? ("." NAME)* ("[" "]")?
 ROUNDING.2: /C_(DIS|VEL|ORI|PTP|SPL)\b/
 DIRECTION.2: /(IN|OUT)\b/
+CONST.2: /CONST\b/
 OR.2: /OR\b/
 EXOR.2: /EXOR\b/
 AND.2: /AND\b/

@@ -12,6 +12,7 @@ Switched = tuple[tuple[int, bool], ...]  # outputs by number, and to what they a
 
 _STOPPED = "$STOPMESS==TRUE"
 _USUAL = ("3", "IR_STOPM")  # the one interrupt of every programme: it reports stops
+_NUMBERS = frozenset(map(str, (*range(1, 40), *range(81, 129))))  # others are the controller's
 _ONLY = "an interrupt's routine may set outputs and halt; more is not followed"
 
 
@@ -28,17 +29,22 @@ class Interrupts:
         """The outputs that are set when the arm is stopped."""
         return tuple(entry for number in sorted(self._active) for entry in self._declared[number])
 
-    def carry_out(self, line: Line, *, moving: bool) -> None:
-        """INTERRUPT DECL, ON or OFF; ``moving`` says that the arm has moved already.
+    def carry_out(self, line: Line, *, moving: bool, in_main: bool = True) -> None:
+        """INTERRUPT DECL, ON or OFF; ``moving`` says that the arm has moved already, ``in_main`` where the line stands.
 
         Raises
         ------
         InputError
-            Where it is on anything but stops, is not declared, or does more than set outputs and halt.
+            Where it is on anything but stops, is not declared, does more than set outputs and halt, or ends with the
+            sub-programme that declares it.
         """
         parts: list[Any] = [str(part) if isinstance(part, str) else part for part in line.parts]
-        if line.kind == "interrupt_decl":
+        if line.kind in {"interrupt_decl", "interrupt_global"}:
             number, condition, name = parts
+            if not in_main and line.kind == "interrupt_decl":
+                raise InputError("an interrupt that a sub-programme declares ends with it; write GLOBAL INTERRUPT DECL")
+            if number not in _NUMBERS:
+                raise InputError(f"an interrupt's number must be 1 to 39 or 81 to 128; got {number}")
             if condition != tree_of(f"WAIT FOR {_STOPPED}").children[0]:
                 raise InputError("what an interrupt does while the arm moves is not followed; only those on stops are")
             self._declared[number] = (

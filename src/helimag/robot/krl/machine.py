@@ -30,6 +30,7 @@ MOTIONS = 20_000
 ROUNDING = 2e-7  # m; a shorter way is the rounding of a turn on the spot, in single precision a metre away
 VIA = 1e-5  # rad; between an auxiliary point's attitude and the arc's
 SAME_ANGLE = 1e-6  # rad; a smaller turn is rounding
+SAME_PLACE = 1e-12  # m, and of direction cosines: rounding of double precision
 LONGEST = 1e6  # s; of one motion or pause
 _JOINTS = tuple(f"A{i}" for i in range(1, 7))
 _MORE_AXES = tuple(f"E{i}" for i in range(1, 7))
@@ -40,8 +41,8 @@ class Leg:
     """One motion as it was carried out: its line, its length (m), what was set, and the joints (6,) at its end.
 
     ``first`` and ``last`` are the samples at its two ends; ``rounded`` says that the arm passes its end without a stop.
-    ``ramps`` is the time that starting and stopping has added by its end (s). The end of the programme is a leg too, of
-    order ``end``.
+    ``ramps`` is the time that starting and stopping has added by its end (s). Of what was set, ``assumed`` hangs on
+    what ran before the programme. The end of the programme is a leg too, of order ``end``.
     """
 
     line: int
@@ -54,6 +55,7 @@ class Leg:
     last: int
     rounded: bool = False
     ramps: float = 0.0
+    assumed: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -115,10 +117,19 @@ class Machine:
             self._to_joints(self._joint_target(points[0], relative=order == "ptp_rel"))
         else:
             rounded = inside or self._rounded(roundings)
+            running = self.running
             length = self._along_path(order, points)
+            if self._stayed:  # no controller passes a point on the way to that same point
+                self.running, rounded = running, False
+                self.stop()
             if not rounded:
                 self._slow_down()
         self._record(line, order, length, first, rounded)
+
+    @property
+    def _stayed(self) -> bool:
+        """Whether the last motion along a path, of ``FEWEST`` poses or more, has left the arm where it was."""
+        return float(np.abs(self.flanges[-1] - self.flanges[-1 - FEWEST]).max()) < SAME_PLACE
 
     def check_course(self, legs: Sequence[Leg]) -> None:
         """Whether motions that have been carried out may stand in one spline block.
@@ -138,8 +149,10 @@ class Machine:
     def _record(self, line: int, order: str, length: float, first: int, rounded: bool) -> None:
         if self.joints is not None:
             kept, last = dict(self.settings.values), len(self.times) - 1
-            override, ramps = self.settings.override, self.ramps
-            self.legs.append(Leg(line, order, length, kept, override, self.joints, first, last, rounded, ramps))
+            override, ramps, assumed = self.settings.override, self.ramps, frozenset(self.settings.assumed)
+            self.legs.append(
+                Leg(line, order, length, kept, override, self.joints, first, last, rounded, ramps, assumed)
+            )
 
     def wait(self, seconds: float) -> None:
         """Stand still."""

@@ -189,6 +189,8 @@ def _statement(line: Line, rest: Iterator[Line], depth: int) -> Statement:
             if arms[-1][0].kind in {"else_", "default"}:
                 raise inner.refused("expected the end of the block after its last branch")
             arms.append((inner, []))
+        elif arms[-1][0].kind == "switch":
+            raise inner.refused("expected CASE: no statement may stand between SWITCH and its first branch")
         else:
             arms[-1][1].append(_statement(inner, rest, depth + 1))
     raise line.refused("the block that begins here has no end")

@@ -82,15 +82,20 @@ IDLE: Mapping[str, tuple[type, str]] = {"$BWDSTART": (bool, "TRUE or FALSE"), "$
 
 @dataclass
 class Settings:
-    """What is set at one point of a programme; ``given`` are the settings that the programme itself has made."""
+    """What is set at one point of a programme.
+
+    ``assumed`` are the settings that neither the programme nor BAS (#INITMOV,0) has made: a controller has there what
+    ran before left.
+    """
 
     values: dict[str, Setting] = field(default_factory=lambda: dict(DEFAULTS))
     frames: dict[str, dict[str, float]] = field(default_factory=dict)
     override: float | None = None  # percent; None where the programme does not set it
+    assumed: set[str] = field(default_factory=lambda: set(DEFAULTS))
 
     def reset(self) -> None:
         """What BAS (#INITMOV,0) does; the override stays."""
-        self.values, self.frames = dict(DEFAULTS), {}
+        self.values, self.frames, self.assumed = dict(DEFAULTS), {}, set()
 
     def write(self, reference: Reference, value: Value) -> None:
         """Carry out ``$name = value``.
@@ -110,6 +115,7 @@ class Settings:
             self.override = float(KINDS[name].checked(name, value))
         elif name in KINDS:
             self.values[name] = KINDS[name].checked(name, value)
+            self.assumed.discard(name)
         elif name in IDLE:
             kind, words = IDLE[name]
             if not isinstance(value, kind):

@@ -74,8 +74,10 @@ class Variables:
 
     types: dict[str, str] = field(default_factory=dict)
     values: dict[str, Value] = field(default_factory=dict)
+    sizes: dict[str, int] = field(default_factory=dict)
+    constants: set[str] = field(default_factory=set)
 
-    def declare(self, kind: str, name: str, *, opaque: bool = False) -> None:
+    def declare(self, kind: str, name: str, *, size: int | None = None, opaque: bool = False) -> None:
         """Make a variable known; an ``opaque`` one may be of any type, as long as nobody asks for its value.
 
         Raises
@@ -88,6 +90,24 @@ class Variables:
         if name in self.types:
             raise InputError(f"'{name}' is declared twice")
         self.types[name] = kind
+        if size is not None:
+            self.sizes[name] = size
+
+    def _checked(self, reference: Reference) -> str:
+        """The type of a variable that is declared as it is written: an array with an index in it, another without.
+
+        A string is an array of characters that is written and read without an index.
+        """
+        if reference.name not in self.types:
+            raise InputError(f"'{reference.name}' is not declared")
+        kind, size = self.types[reference.name], self.sizes.get(reference.name)
+        if size is None and reference.index is not None:
+            raise InputError(f"'{reference.name}' is declared without a size, so {reference.variable} is none of it")
+        if size is not None and reference.index is None and kind != "CHAR":
+            raise InputError(f"'{reference.name}' is declared as {reference.name}[{size}]: which of them is meant?")
+        if size is not None and reference.index is not None and reference.index > size:
+            raise InputError(f"the index of {reference.name} must be from 1 to {size}; got {reference.index}")
+        return kind
 
     def read(self, reference: Reference) -> Value:
         """The value of a variable or of a component of it.
@@ -97,9 +117,7 @@ class Variables:
         InputError
             Where it is not declared or has no value.
         """
-        if reference.name not in self.types:
-            raise InputError(f"'{reference.name}' is not declared")
-        kind = self.types[reference.name]
+        kind = self._checked(reference)
         if kind not in STRUCTURES and kind not in PLAIN:
             raise InputError(f"'{reference.name}' is of type {kind}, which helimag does not read")
         value: Any = self.values.get(reference.variable)
@@ -117,9 +135,9 @@ class Variables:
         InputError
             Where it is not declared, or the value is not of its type.
         """
-        if reference.name not in self.types:
-            raise InputError(f"'{reference.name}' is not declared")
-        kind = self.types[reference.name]
+        kind = self._checked(reference)
+        if reference.name in self.constants:
+            raise InputError(f"'{reference.name}' is declared CONST and cannot be given another value")
         if kind not in STRUCTURES and kind not in PLAIN:
             return
         if not reference.parts:

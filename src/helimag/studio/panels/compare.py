@@ -114,13 +114,14 @@ def _difference(run: Trajectory, live: Trajectory) -> str:
         numbers = beside(run, live, align="none" if simulated else "fit").numbers
     except HelimagError as error:
         return str(error)
+    doubts = "".join(f"; {doubt}" for doubt in numbers["doubts"])
     if simulated:
         return (
             f"apart {1e3 * numbers['difference_rms_m']:.2f} mm rms, {1e3 * numbers['difference_worst_m']:.2f} mm at "
-            f"most, to {numbers['until_s']:.0f} s"
+            f"most, from {numbers['from_s']:.0f} s to {numbers['until_s']:.0f} s{doubts}"
         )
     within = interval_text(numbers["measured"]["gain_95"], 3)
     return (
         f"apart {1e3 * numbers['difference_rms_m']:.2f} mm rms after the best fit, "
-        f"{1e3 * numbers['difference_worst_m']:.2f} mm at most; measured gain {within}"
+        f"{1e3 * numbers['difference_worst_m']:.2f} mm at most; measured gain {within}{doubts}"
     )

@@ -5,6 +5,7 @@ from nicegui import ui
 from helimag.calibration import Posterior, check_device
 from helimag.ensembles import Ensemble
 from helimag.errors import HelimagError, InputError
+from helimag.runs.shares import in_percent
 from helimag.scenario import Scenario
 from helimag.studio.intake import MOST_RUN, fit_from_bytes
 from helimag.studio.jobs import Job
@@ -109,7 +110,7 @@ class EnsemblePanel:
                         ui.element("div").classes("hs-bar-range").style(
                             f"left: {100.0 * low:.1f}%; width: {100.0 * (high - low):.1f}%"
                         )
-                    ui.label(f"{100.0 * share:.0f} %")
+                    ui.label(f"{in_percent(share)} %")
 
     def changed(self, scenario: Scenario) -> None:
         """Say where shares or calibration are of something else."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.vision._cv import cv2
+from helimag.vision.calibration.corners import refined
 
 Floats = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -74,7 +75,10 @@ class Board:
         pixels, numbers, _, _ = self._detector.detectBoard(picture)
         if numbers is None or len(numbers) < LEAST_CORNERS:
             return np.zeros(0, np.int64), np.zeros((0, 2))
-        return np.asarray(numbers, np.int64).ravel(), np.asarray(pixels, np.float64).reshape(-1, 2)
+        placed, known = refined(picture, np.asarray(pixels, np.float64).reshape(-1, 2))
+        if known.sum() < LEAST_CORNERS:
+            return np.zeros(0, np.int64), np.zeros((0, 2))
+        return np.asarray(numbers, np.int64).ravel()[known], placed[known]
 
     def is_plain(self, picture: Picture) -> bool:
         """Whether a picture shows a chessboard of this size without markers."""
