@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 
 import helimag as hm
 import oracles
-from helimag.engine import advance, system_of
+from helimag.engine import DOP853, advance, system_of
 from helimag.engine.events import pack_bounds
 from helimag.engine.packing import pack_bodies
 from helimag.geometry import body_rotations
