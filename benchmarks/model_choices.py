@@ -2,8 +2,8 @@
 
 Run: python benchmarks/model_choices.py. Every row is a preset, every column a choice; a cell says how the run ends and,
 where it stays, its range of heights. The first run makes tables of drag near floor and surface, which takes minutes.
-The last lines are the time of a run near walls beside the same run in open water, and that of looking up what one wall
-adds; with --steps the only ones.
+The last lines are the time of a step near walls beside one in open water, of looking up what one wall adds, and of half
+an hour of swimming near a floor beside one in open water, by leaps and directly; with --steps the only ones.
 """
 
 import math
@@ -12,11 +12,13 @@ import time
 
 import numpy as np
 import warp as wp
+from random_runs import hovering_changes
 from scipy.spatial.transform import Rotation
 
-from helimag.engine import DOP853, History, advance
+from helimag.engine import DOP853, MULTIREVOLUTION, History, advance
 from helimag.engine.walls import NEAR_WALLS
 from helimag.outcomes import End
+from helimag.physics.balance import SHEETS, Sheet
 from helimag.physics.walls import FloorAndSurface, seen_walls
 from helimag.scenario import Scenario, load
 
@@ -47,7 +49,7 @@ def chosen(name: str, field: str, drag: dict[str, object]) -> Scenario:
 def main() -> None:
     """Print the table."""
     if "--steps" in sys.argv[1:]:
-        print(step_costs(), look_up_cost(), sep="\n")
+        print(step_costs(), look_up_cost(), *run_costs(), sep="\n")
         return
     choices = [(field, drag) for drag in DRAGS for field in ("dipole", "cylinder")]
     print("| preset | " + " | ".join(f"{field}, {drag}" for field, drag in choices) + " |")
@@ -57,7 +59,37 @@ def main() -> None:
         histories = advance([chosen(name, field, DRAGS[drag]) for field, drag in wanted])
         cells = [outcome(history) for history in histories] + ["no walls"] * (len(choices) - len(wanted))
         print(f"| `{name}` | " + " | ".join(cells) + " |", flush=True)
-    print(step_costs(), look_up_cost(), sep="\n")
+    print(step_costs(), look_up_cost(), *run_costs(), sep="\n")
+
+
+def run_costs() -> list[str]:
+    """Time of half an hour of hovering 30 mm above a floor beside one in open water, process time: least of repeats.
+
+    Each is tilted so that it stays where it is for as long; the same device in the same fluid under the same magnet.
+    """
+    open_water = load("nose-first/fig3c").replaced(
+        {"device.hydrodynamics": DRAGS["boundary"]} | hovering_changes(-5.719)
+    )
+    above = {"device.hydrodynamics": DRAGS["boundary, near walls"], "workspace.floor": -0.03}
+    runs = {"open water": open_water, "a floor": open_water.replaced(hovering_changes(-11.067) | above)}
+    methods = {"leaps": MULTIREVOLUTION, "direct": DOP853}
+    seconds = {(by, where): math.inf for by in methods for where in runs}
+    kept = {}
+    for _ in range(REPEATS):
+        for by, where in seconds:
+            begun = time.process_time()
+            (kept[by, where],) = advance([runs[where]], threads=1, method=methods[by])
+            seconds[by, where] = min(seconds[by, where], time.process_time() - begun)
+    lines = []
+    for by in methods:
+        near, free = (seconds[by, where] for where in ("a floor", "open water"))
+        followed = [int(kept[by, where].progress["leap"]["followed"]) for where in ("a floor", "open water")]
+        ends = ", ".join(outcome(kept[by, where]) for where in ("a floor", "open water"))
+        lines.append(
+            f"half an hour near a floor, {by}: {1e3 * near:.1f} ms, {near / free:.2f} times as long as in open water; "
+            f"turns followed {followed[0]} and {followed[1]}; {ends}"
+        )
+    return lines
 
 
 def step_costs() -> str:
@@ -89,7 +121,8 @@ def looked_up(
 ):
     """One entry of what walls add, so that none of the work is left out."""
     i = wp.tid()
-    some[i] = seen_walls(surroundings[0], positions[i], rotations[i]).change[i % 21]
+    sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+    some[i] = seen_walls(surroundings[0], positions[i], rotations[i], sheets).changes[i % 3][i % 21]
 
 
 def look_up_cost() -> str:

@@ -1,6 +1,11 @@
 """Random runs of all kinds, with leaps and directly, beside direct steps so fine that two tolerances agree.
 
     python benchmarks/random_runs.py --from 0 --to 300
+    python benchmarks/random_runs.py --from 0 --to 100 --walls
+
+With --walls they are runs above a floor, below a surface or between both: with true drag that walls raise, with that of
+resistive-force theory that they do not, and with walls that hold. The first of them makes two tables of drag, which
+takes minutes.
 
 Run number n is the same whatever the slice. It counts where direct steps at tolerances of 1e-10 and 1e-11 agree: end,
 and verdict the same, places within 1e-7 m, and times of the end within 0.1 ms. Slips of a device that turns against the
@@ -9,7 +14,7 @@ field at every turn are counted at steps, so that they differ where places do no
 
 import argparse
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -177,6 +182,88 @@ FAMILIES = (
 )
 
 
+def tank(rng: np.random.Generator) -> Changes:
+    """Floor, surface or both, near enough to be met."""
+    floor, surface = rng.uniform(-0.04, -0.012), rng.uniform(0.005, 0.03)
+    kinds: list[Changes] = [{"floor": floor}, {"surface": surface}, {"floor": floor, "surface": surface}]
+    return {"workspace": kinds[rng.integers(3)]}
+
+
+def drag(rng: np.random.Generator) -> Changes:
+    """True drag near walls, or in one of four that of resistive-force theory."""
+    near = {"model": "boundary", "near_walls": True}
+    return {"device.hydrodynamics": near if rng.random() < 0.75 else {"model": "lighthill"}, "provenance": {}}
+
+
+def straight_in_tank(rng: np.random.Generator) -> Scenario:
+    """The rows of Table I, a little different, at frequencies where they keep in step."""
+    run = load(f"nose-first/table1-row{rng.integers(1, 8)}")
+    changes: Changes = {
+        "drive.distance": run.drive.distance * rng.uniform(0.95, 1.1),
+        "drive.frequency": rng.uniform(1.5, 4.0),
+        "run.duration": 100.0,
+    }
+    return run.replaced(changes | tank(rng) | drag(rng))
+
+
+def circling_in_tank(rng: np.random.Generator) -> Scenario:
+    """Circles; heavy devices fall and light ones are attracted."""
+    changes: Changes = {"device.weight.net_weight": rng.uniform(1e-5, 8e-5), "run.duration": 150.0}
+    return load("nose-first/fig3c").replaced(circle(rng) | changes | tank(rng) | drag(rng))
+
+
+def hovering(rng: np.random.Generator) -> Scenario:
+    """Weak forces far from the magnet: the device stays where it is for long."""
+    return load("nose-first/fig3c").replaced(hovering_changes(rng.uniform(-12.0, -5.0)) | tank(rng) | drag(rng))
+
+
+def hovering_changes(pitch: float) -> Changes:
+    """A magnet so far away, and tilted by ``pitch`` (deg), that its pull is about the weight of a light device."""
+    return {
+        "device.weight": {"net_weight": 9.038e-7, "gravity_center": 0.0},
+        "fluid.viscosity": 0.2,
+        "drive.distance": 0.25,
+        "drive.frequency": 3.0,
+        "drive.pitch": math.radians(pitch),
+        "provenance": {},
+    }
+
+
+def held_in_tank(rng: np.random.Generator) -> Scenario:
+    """Straight runs among walls that hold, some of which the surface pulls."""
+    pull = {"workspace.surface_pull": 2e-5} if rng.random() < 0.3 else {}
+    return straight_in_tank(rng).replaced({"workspace.contact": "hold"} | pull)
+
+
+def climbing(rng: np.random.Generator) -> Scenario:
+    """A drive that rises or sinks, so that no frame moves with it in which the walls stand still."""
+    changes: Changes = {"drive.velocity": (0.0, 0.0, rng.uniform(-2e-4, 2e-4)), "run.duration": 60.0}
+    return circling_in_tank(rng).replaced(changes)
+
+
+WALL_FAMILIES = (
+    straight_in_tank,
+    circling_in_tank,
+    hovering,
+    straight_in_tank,
+    held_in_tank,
+    circling_in_tank,
+    hovering,
+    climbing,
+)
+
+
+def wall_run(number: int) -> tuple[str, Scenario]:
+    """Run number ``number`` near walls, and its family."""
+    rng = np.random.default_rng([12, number])
+    family = WALL_FAMILIES[number % len(WALL_FAMILIES)]
+    run = family(rng)
+    if rng.random() < 0.25:
+        run = run.replaced({"magnet.field": "cylinder"})
+    duration = min(run.run.duration, 400.0)
+    return family.__name__, run.replaced({"run.duration": duration, "run.interval": duration / 400.0})
+
+
 def random_run(number: int) -> tuple[str, Scenario]:
     """Run number ``number``, and its family."""
     rng = np.random.default_rng([14, number])
@@ -259,9 +346,9 @@ def compared(family: str, number: int, name: str, history: History, exact: Histo
     )
 
 
-def comparisons(numbers: range) -> Iterator[Comparison]:
+def comparisons(numbers: range, draw: Callable[[int], tuple[str, Scenario]]) -> Iterator[Comparison]:
     """Every run of a slice whose exact course is known, by each method."""
-    kinds, runs = zip(*(random_run(number) for number in numbers), strict=True)
+    kinds, runs = zip(*(draw(number) for number in numbers), strict=True)
     rough, exact = (advance(runs, tolerance=tolerance, method=DOP853) for tolerance in (1e-10, 1e-11))
     found = {name: advance(runs, method=method) for name, method in METHODS.items()}
     for i, number in enumerate(numbers):
@@ -290,10 +377,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--from", dest="first", type=int, default=0)
     parser.add_argument("--to", dest="last", type=int, default=300)
+    parser.add_argument("--walls", action="store_true", help="runs near walls")
     options = parser.parse_args()
+    draw = wall_run if options.walls else random_run
     found: list[Comparison] = []
     for begin in range(options.first, options.last, SLICE):
-        for one in comparisons(range(begin, min(begin + SLICE, options.last))):
+        for one in comparisons(range(begin, min(begin + SLICE, options.last)), draw):
             found.append(one)
             if not one.good or not one.bounded:
                 print(one, flush=True)

@@ -12,12 +12,13 @@ from scipy.optimize import nnls
 import helimag as hm
 import oracles
 from helimag.engine import DOP853, advance, system_of
+from helimag.engine.events import pack_bounds
 from helimag.engine.packing import pack_bodies
 from helimag.geometry import body_rotations
 from helimag.orbits import explain
 from helimag.orbits.strobe import Problem, open_water
 from helimag.outcomes import End, Future, Limit, Reason, Verdict
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import SHEETS, Sheet, Swimmer
 from helimag.physics.contact import Six, SixBySix, least_pushes
 from helimag.physics.kinematics import State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
@@ -90,7 +91,8 @@ def response_kernel(system):
     ):
         i = wp.tid()
         place, rotation = head_position(states[i]), rotation_matrix(states[i])
-        motions[i] = response(body[0], local(around[0], place, rotation), place, rotation, loads[i])
+        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+        motions[i] = response(body[0], local(around[0], place, rotation, sheets), place, rotation, loads[i])
 
     return respond
 
@@ -282,7 +284,8 @@ def test_smaller_steps_converge():
 def test_a_run_that_touches_nothing_is_the_same_to_the_last_bit():
     stops = hm.load("nose-first/table1-row1").replaced({"run.duration": "30 s"})
     holds = stops.replaced({"workspace.contact": "hold"})
-    (stopping,), (holding,) = advance([stops], method=DOP853), advance([holds])
+    (stopping,), (holding,) = advance([stops]), advance([holds])
+    assert holding.leapt > 0.9
     assert np.array_equal(stopping.states, holding.states)
     assert stopping.steps == holding.steps
     assert not holding.touches
@@ -314,6 +317,29 @@ def judged(*touches, end=End.HORIZON):
             touches=touches,
         )
     )
+
+
+def test_a_device_that_comes_to_rest_leaps_until_it_is_near_the_floor():
+    """The first contact is one of steps."""
+    run = hm.load("nose-first/table1-row5").replaced({"run.duration": "110 s", "workspace.contact": "hold"})
+    (leaping,) = advance([run])
+    (exact,) = advance([run], method=DOP853, tolerance=1e-11)
+    assert leaping.leapt > 0.5
+    assert exact.leapt == 0.0
+    ours, theirs = leaping.touches[0], exact.touches[0]
+    assert ours.count == theirs.count
+    assert ours.first == pytest.approx(theirs.first, abs=0.02)  # found at ends of steps
+    assert ours.total == pytest.approx(theirs.total, abs=0.02)
+    np.testing.assert_array_equal(leaping.records["walls"] > 0, exact.records["walls"] > 0)
+    assert np.linalg.norm(leaping.states[:, :3] - exact.states[:, :3], axis=1).max() < 1e-6
+
+
+def test_a_surface_that_pulls_is_kept_clear_of():
+    """Its pull begins before it touches; leaps take it for not there."""
+    run = hm.load("nose-first/table1-row1").replaced({"workspace.contact": "hold", "workspace.surface_pull": 1e-5})
+    reach = 0.1 * max(run.device.head_radius, run.device.tail_radius)
+    assert pack_bounds([run])["pull_reach"] == pytest.approx(reach)
+    assert pack_bounds([run.replaced({"workspace.surface_pull": None})])["pull_reach"] == 0.0
 
 
 def test_a_run_is_wall_limited_where_a_wall_holds_it_in_its_second_half():

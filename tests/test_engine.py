@@ -21,7 +21,7 @@ from helimag.engine.kernels import ready
 from helimag.engine.methods import weighted_sum
 from helimag.engine.observe import build_observe
 from helimag.outcomes import End
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import Sheet, Swimmer
 from helimag.physics.kinematics import State, normalized
 from helimag.physics.magnetics import FieldSource, dipole_field, dipole_force
 
@@ -131,7 +131,9 @@ class Thickening:
 
 
 @wp.func
-def as_everywhere(surroundings: Thickening, position: wp.vec3d, rotation: wp.mat33d) -> Thickening:
+def as_everywhere(
+    surroundings: Thickening, position: wp.vec3d, rotation: wp.mat33d, sheets: wp.array(dtype=Sheet)
+) -> Thickening:
     return surroundings
 
 

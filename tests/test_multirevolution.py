@@ -160,6 +160,14 @@ def test_no_leaps_where_no_frame_moves_with_the_drive():
     np.testing.assert_array_equal(direct.states, leaping.states)
 
 
+def test_heights_between_turns_rise_with_a_drive_that_climbs():
+    """The frame that moves with it rises too: extremes are of the lab."""
+    exact, leaping = both(scenario("60 s", **TAIL_FIRST | {"velocity": (0.0, 0.0, 1e-4)}))
+    assert leaping.leapt > 0.3
+    for name in ("low", "high", "height"):
+        np.testing.assert_allclose(leaping.records[name], exact.records[name], rtol=0.0, atol=2e-6, err_msg=name)
+
+
 def test_going_on_after_a_stop_gives_the_same_bits():
     runs = [scenario("30000 s", **TAIL_FIRST), scenario("30000 s", **TAIL_FIRST | {"weight": 50e-6})]
     whole = advance(runs)

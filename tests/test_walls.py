@@ -7,18 +7,20 @@ import numpy as np
 import pytest
 import warp as wp
 from scipy.integrate import quad
+from scipy.interpolate import BSpline
 
 import helimag as hm
-from helimag.engine import advance, system_of, walls
+from helimag.engine import DOP853, advance, running, system_of, walls
 from helimag.engine.packing import pack_bodies
+from helimag.engine.system import frame_moves
 from helimag.geometry import body_rotations
-from helimag.hydrodynamics.boundary import Plane
+from helimag.hydrodynamics.boundary import Plane, spline_coefficients
 from helimag.hydrodynamics.boundary.surfaces import head_surface
 from helimag.hydrodynamics.boundary.tables import make_table
 from helimag.outcomes import End
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import SHEETS, Sheet, Swimmer
 from helimag.physics.kinematics import State, head_position, rotation_matrix
-from helimag.physics.walls import FloorAndSurface, near_walls, seen_walls
+from helimag.physics.walls import FloorAndSurface, cubic_slopes, cubic_weights, near_walls, seen_walls
 
 BALL = {"shape": "sphere", "radius": 0.001}
 ROD = {"shape": "spheroid", "length": 0.006, "diameter": 0.001}
@@ -65,14 +67,29 @@ def scenario(head, *, weight=WEIGHT, near=True, **workspace):
 def respond(
     body: wp.array(dtype=Swimmer),
     around: wp.array(dtype=FloorAndSurface),
+    seen: wp.array(dtype=State),
     states: wp.array(dtype=State),
     loads: wp.array(dtype=wp.spatial_vectord),
     motions: wp.array(dtype=wp.spatial_vectord),
 ):
     i = wp.tid()
-    rotation = rotation_matrix(states[i])
-    here = seen_walls(around[0], head_position(states[i]), rotation)
-    motions[i] = near_walls(body[0], here, head_position(states[i]), rotation, loads[i])
+    sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+    here = seen_walls(around[0], head_position(seen[i]), rotation_matrix(seen[i]), sheets)
+    motions[i] = near_walls(body[0], here, head_position(states[i]), rotation_matrix(states[i]), loads[i])
+
+
+def motions_of(run, states, loads, seen=None):
+    """How the kernel has the device move, with walls looked at from ``states`` or from other ones."""
+    given = [
+        wp.array(pack_bodies([run]), dtype=Swimmer, device="cpu"),
+        system_of(run).medium.pack([run], "cpu"),
+        wp.array(states if seen is None else seen, dtype=State, device="cpu"),
+        wp.array(states, dtype=State, device="cpu"),
+        wp.array(loads, dtype=wp.spatial_vectord, device="cpu"),
+    ]
+    motions = wp.zeros(len(states), dtype=wp.spatial_vectord, device="cpu")
+    wp.launch(respond, dim=len(states), inputs=[*given, motions], device="cpu")
+    return motions.numpy()
 
 
 @pytest.mark.parametrize("kind", ["floor", "surface"])
@@ -91,18 +108,10 @@ def test_the_kernel_answers_as_the_table_does(kind):
     height = -0.02 + apart if kind == "floor" else 0.02 - apart
     states = np.column_stack([np.zeros(60), np.zeros(60), height, quaternions])
     loads = rng.normal(size=(60, 6)) * np.array([1e-4] * 3 + [1e-7] * 3)
-    system = system_of(run)
-    given = [
-        wp.array(pack_bodies([run]), dtype=Swimmer, device="cpu"),
-        system.medium.pack([run], "cpu"),
-        wp.array(states, dtype=State, device="cpu"),
-        wp.array(loads, dtype=wp.spatial_vectord, device="cpu"),
-    ]
-    motions = wp.zeros(60, dtype=wp.spatial_vectord, device="cpu")
-    wp.launch(respond, dim=60, inputs=[*given, motions], device="cpu")
+    motions = motions_of(run, states, loads)
     size = np.sqrt(np.diag(np.linalg.inv(free)))
     off = []
-    for normal, distance, load, motion in zip(up, apart, loads, motions.numpy(), strict=True):
+    for normal, distance, load, motion in zip(up, apart, loads, motions, strict=True):
         matrix = free + viscosity * table.added(Plane(kind, tuple(normal), float(distance)))
         expected = np.linalg.solve(matrix, load)
         off.append(np.linalg.norm((motion - expected) / size) / np.linalg.norm(expected / size))
@@ -111,9 +120,69 @@ def test_the_kernel_answers_as_the_table_does(kind):
     # and the wall is felt at all
     alone = loads @ np.linalg.inv(free)
     nearest = int(np.argmin(gaps))
-    assert np.linalg.norm((motions.numpy()[nearest] - alone[nearest]) / size) > 0.1 * np.linalg.norm(
-        alone[nearest] / size
+    assert np.linalg.norm((motions[nearest] - alone[nearest]) / size) > 0.1 * np.linalg.norm(alone[nearest] / size)
+
+
+def test_what_walls_add_is_followed_to_first_order():
+    """Looked at from a place half as far away, the motion is off by a quarter."""
+    run = scenario(ROD, floor=-0.006, surface=0.009)
+    rng = np.random.default_rng(8)
+    quaternions = np.array([1.0, 0.0, 0.0, 0.0]) + 0.2 * rng.normal(size=(40, 4))
+    states = np.column_stack([np.zeros((40, 2)), rng.uniform(-2e-3, 2e-3, 40), quaternions])
+    away = np.column_stack([np.zeros((40, 2)), rng.uniform(-4e-4, 4e-4, 40), 0.05 * rng.normal(size=(40, 4))])
+    loads = rng.normal(size=(40, 6)) * np.array([1e-4] * 3 + [1e-7] * 3)
+
+    def unit(states):
+        return np.column_stack([states[:, :3], states[:, 3:] / np.linalg.norm(states[:, 3:], axis=1, keepdims=True)])
+
+    exact = motions_of(run, unit(states), loads)
+    size = np.sqrt(np.diag(np.linalg.inv(hm.resistance(run.device, run.fluid))))
+    far, half = (
+        np.linalg.norm((motions_of(run, unit(states), loads, unit(states + share * away)) - exact) / size, axis=1)
+        for share in (1.0, 0.5)
     )
+    assert np.median(far) > 1e-8 * np.median(np.linalg.norm(exact / size, axis=1))
+    assert np.median(far / half) == pytest.approx(4.0, rel=0.15)
+
+
+def swimming(**changes):
+    """A rod that rolls with a magnet above it, between floor and surface."""
+    run = scenario(ROD, weight=1e-5, floor=-0.02, surface=0.02)
+    turned = {"device.magnetic_moment": 6e-4, "drive.distance": 0.17, "run.duration": 40.0, "run.interval": 0.25}
+    return run.replaced(turned | changes)
+
+
+def test_runs_near_walls_leap_as_exactly_as_they_step():
+    run = swimming()
+    (leaping,) = advance([run])
+    exact, direct = advance([run], method=DOP853, tolerance=1e-11)[0], advance([run], method=DOP853)[0]
+    assert leaping.leapt > 0.8
+    assert exact.leapt == direct.leapt == 0.0
+    assert leaping.status is exact.status
+    for history in (leaping, direct):
+        assert np.linalg.norm(history.states[:, :3] - exact.states[:, :3], axis=1).max() < 2e-8
+    for name in ("low", "high"):
+        np.testing.assert_allclose(leaping.records[name], exact.records[name], rtol=0.0, atol=1e-7)
+
+
+def test_no_leaps_where_the_drive_leaves_the_walls_behind():
+    """In the frame of a drive that climbs, floor and surface sink."""
+    climbing = swimming(**{"drive.velocity": (0.0, 0.0, 1e-4), "run.duration": 10.0})
+    (history,) = advance([climbing])
+    assert history.leapt == 0.0
+    assert frame_moves(system_of(climbing), swimming().drive)
+    free = climbing.replaced({"device.hydrodynamics.near_walls": False})
+    assert frame_moves(system_of(free), free.drive)
+
+
+def test_runs_near_walls_do_not_depend_on_where_launches_end(monkeypatch):
+    """Going on looks at walls from where they were looked at before, which is no place of the run."""
+    run = swimming(**{"drive.velocity": (0.0, 0.0, 1e-4), "run.duration": 10.0})
+    (whole,) = advance([run])
+    monkeypatch.setattr(running, "FIRST_BUDGET", 7)
+    monkeypatch.setattr(running, "LAUNCH_SECONDS", 1e-5)
+    (cut,) = advance([run])
+    np.testing.assert_array_equal(cut.records, whole.records)
 
 
 def brenner(distance, radius, terms=60):
@@ -181,3 +250,23 @@ def test_a_ball_that_sinks_near_a_floor_that_holds_comes_to_rest_on_it():
     assert rests.states[-1, 2] == pytest.approx(-0.003, abs=1e-10)
     assert rests.heights.low.min() > -0.003 - 1e-10
     assert rests.touches[0].count == 1
+
+
+def test_coefficients_are_those_of_a_spline_through_the_values():
+    """As SciPy has B-splines: through the values, with no third derivative at the ends; along either axis."""
+    values = np.random.default_rng(2).normal(size=(3, 7))
+    found = spline_coefficients(values, 1)
+    np.testing.assert_allclose(spline_coefficients(values.T, 0), found.T, rtol=0.0, atol=1e-14)
+    spline = BSpline(np.arange(-3.0, 10.0), found.T, 3)
+    np.testing.assert_allclose(spline(np.arange(7.0)).T, values, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(spline(np.array([0.5, 5.5]), nu=3), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("t", [0.0, 0.3, 0.9])
+def test_weights_are_b_splines(t):
+    pieces = [BSpline(np.arange(-3.0, 5.0), np.eye(4)[i], 3) for i in range(4)]
+    np.testing.assert_allclose(
+        np.array(cubic_weights(wp.float64(t))), [piece(t) for piece in pieces], rtol=0.0, atol=1e-15
+    )
+    slopes = [piece(t, nu=1) for piece in pieces]
+    np.testing.assert_allclose(np.array(cubic_slopes(wp.float64(t))), slopes, rtol=0.0, atol=1e-15)

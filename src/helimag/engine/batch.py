@@ -20,7 +20,7 @@ from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
 from helimag.engine.progress import Progress
 from helimag.engine.samples import Record, Schedule, pack_schedules, sample_times
 from helimag.engine.structures import reader, structs
-from helimag.engine.system import System
+from helimag.engine.system import System, frame_moves
 from helimag.engine.turn_memory import memory_reader, pack_memory
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer
@@ -53,21 +53,21 @@ class Stepping:
     device: str = "cpu"
 
 
-def started(scenarios: Sequence[Scenario], states: Floats) -> NDArray[np.void]:
+def started(system: System, scenarios: Sequence[Scenario], states: Floats) -> NDArray[np.void]:
     """Where runs stand before their first step, from states (n, 7)."""
     rows = [
-        {"state": state, "step": FIRST_STEP / abs(scenario.drive.frequency)}
+        {"state": state, "middle": state, "step": FIRST_STEP / abs(scenario.drive.frequency)}
         for state, scenario in zip(states, scenarios, strict=True)
     ]
     progress: Any = structs(Progress, rows)
-    progress["leap"]["ready"] = [first_leap(scenario.drive) for scenario in scenarios]
+    progress["leap"]["ready"] = [first_leap(system, scenario.drive) for scenario in scenarios]
     return np.asarray(progress)
 
 
-def method_for(scenario: Scenario, method: Method) -> Method:
+def method_for(system: System, scenario: Scenario, method: Method) -> Method:
     """What takes a run's steps: leaps only where there are turns enough, and a frame moves with the drive."""
     turns = abs(scenario.drive.frequency) * scenario.run.duration
-    if method.leaps and (turns < FEWEST_TURNS or math.isinf(first_leap(scenario.drive))):
+    if method.leaps and (turns < FEWEST_TURNS or math.isinf(first_leap(system, scenario.drive))):
         return _without_leaps(method)
     return method
 
@@ -77,10 +77,9 @@ def _without_leaps(method: Method) -> Method:
     return replace(method, leaps=False)
 
 
-def first_leap(drive: Drive) -> float:
+def first_leap(system: System, drive: Drive) -> float:
     """When a leap may first be tried (s): never where no frame moves with the drive."""
-    sideways = drive.yaw_rate != 0.0 and any(drive.velocity[:2])
-    return math.inf if drive.path is not None or sideways else 1.0 / abs(drive.frequency)
+    return 1.0 / abs(drive.frequency) if frame_moves(system, drive) else math.inf
 
 
 class Batch:

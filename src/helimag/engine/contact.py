@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from helimag.engine.medium import Medium
 from helimag.engine.structures import structs
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import Sheet, Swimmer
 from helimag.physics.contact import (
     Six,
     SixBySix,
@@ -114,11 +114,20 @@ def held_in(medium: Medium) -> Medium:
         tank: Tank
 
     @wp.func
-    def local_among(surroundings: Among, position: wp.vec3d, rotation: wp.mat33d) -> Here:
+    def local_among(
+        surroundings: Among,
+        position: wp.vec3d,
+        rotation: wp.mat33d,
+        sheets: wp.array(dtype=Sheet),  # type: ignore[valid-type]
+    ) -> Here:
         here = Here()
-        here.beyond = local(surroundings.beyond, position, rotation)
+        here.beyond = local(surroundings.beyond, position, rotation, sheets)
         here.tank = surroundings.tank
         return here
+
+    @wp.func
+    def beyond(surroundings: Among) -> around_type:  # type: ignore[valid-type]
+        return surroundings.beyond
 
     @wp.func
     def touched(here: Here, state: State, rates: State) -> int:
@@ -132,4 +141,5 @@ def held_in(medium: Medium) -> Medium:
         walls.beyond = beyond  # what these point to must live as long as they do
         return walls
 
-    return Medium(_pushed(medium.response, Here), local_among, pack, touched)
+    respond = _pushed(medium.response, Here)
+    return Medium(respond, local_among, pack, touched, alike=medium.alike, clear=medium, beyond=beyond)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from helimag.engine.packing import initial_gap
 from helimag.engine.structures import structs
 from helimag.outcomes import End
+from helimag.physics.contact import PULL_REACH
 from helimag.physics.kinematics import RpmPose, State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
 from helimag.scenario import Scenario
@@ -31,6 +32,7 @@ class Bounds:
     tail: wp.float64  # from the head's centre back to the end of the helix
     head_radius: wp.float64
     tail_radius: wp.float64
+    pull_reach: wp.float64  # how near a surface that holds begins to pull
 
 
 def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
@@ -49,9 +51,17 @@ def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
                 "tail": device.tail_length,
                 "head_radius": device.head_radius,
                 "tail_radius": device.tail_radius,
+                "pull_reach": _pull_reach(scenario),
             }
         )
     return structs(Bounds, rows)
+
+
+def _pull_reach(scenario: Scenario) -> float:
+    """How near a surface that holds begins to pull (m)."""
+    if not scenario.workspace.surface_pull:
+        return 0.0
+    return float(PULL_REACH) * max(scenario.device.head_radius, scenario.device.tail_radius)
 
 
 @wp.func

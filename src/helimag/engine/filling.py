@@ -45,12 +45,12 @@ TWO_PI = wp.constant(wp.float64(2.0 * math.pi))
 @cache
 def build_state_between(system: System) -> wp.Function:
     """Make the function that gives the state at a share ``phase`` of a turn, moving frame: from the node before it."""
-    part_turn, here_type = build_part_turn(system), system.medium.here_type
+    part_turn, around_type = build_part_turn(system), system.medium.surroundings_type
 
     @wp.func
     def state_between(
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         memory: Memory,
@@ -70,7 +70,7 @@ def build_state_between(system: System) -> wp.Function:
             state = with_roll(node_between(memory, run, first, count, weights, node, begin, end), p.leap.roll * share)
         angle = drive.spin_rate * p.leap.origin
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        return part_turn(body, here, drive, magnets, spin, node, p.leap.fine, TWO_PI * (phase - share), state)
+        return part_turn(body, around, drive, magnets, spin, node, p.leap.fine, TWO_PI * (phase - share), state)
 
     return state_between
 
@@ -78,12 +78,12 @@ def build_state_between(system: System) -> wp.Function:
 @cache
 def build_turn_filled(system: System) -> wp.Function:
     """Make the function that records the samples due in a turn from ``begin`` to ``end``, moving frame."""
-    state_between, here_type = build_state_between(system), system.medium.here_type
+    state_between, around_type = build_state_between(system), system.medium.surroundings_type
 
     @wp.func
     def turn_filled(
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         schedule: Schedule,
@@ -105,7 +105,9 @@ def build_turn_filled(system: System) -> wp.Function:
         attacks = attacks_between(memory, run, first, count, weights)
         attack = attack_angle(begin)
         climb = attack_angle(end) - attack
-        rise = end[2] - begin[2]
+        # in the lab: the moving frame rises with the drive
+        bottom = begin[2] + start * drive.velocity[2]
+        rise = end[2] - begin[2] + period * drive.velocity[2]
         left = heights[0] - heights[LOOKS - 1] + rise / TURN_PARTS
         due = sample_time(schedule, p.sample)
         last = start
@@ -115,16 +117,17 @@ def build_turn_filled(system: System) -> wp.Function:
             while due <= t and p.sample < records.shape[1]:
                 phase = (due - start) / period
                 moving = state_between(
-                    body, here, drive, magnets, memory, run, first, count, weights, p, phase, begin, end
+                    body, around, drive, magnets, memory, run, first, count, weights, p, phase, begin, end
                 )
                 state = to_lab(drive, due, with_roll(moving, p.leap.roll * number))
                 p.statistics = statistics_with(p.statistics, due - last, state[2], attack_angle(state))
-                records[run, p.sample] = record_of(p.statistics, due, state, p.synchrony.slips, 0)
+                records[run, p.sample] = record_of(p.statistics, due, state, p.synchrony.slips, p.touches.lately)
                 p.statistics = statistics_from(due, state)
+                p.touches.lately = wp.int32(0)  # no wall pushes during a leap
                 p.sample += 1
                 last = due
                 due = sample_time(schedule, p.sample)
-            height = begin[2] + share * rise + heights[i]
+            height = bottom + share * rise + heights[i]
             p.statistics.low = wp.min(p.statistics.low, height)
             p.statistics.high = wp.max(p.statistics.high, height)
             right = heights[(i + 1) % LOOKS] - heights[i] + rise / TURN_PARTS  # the turn after is like this one
@@ -145,12 +148,12 @@ def build_turn_filled(system: System) -> wp.Function:
 @cache
 def build_filled(system: System) -> wp.Function:
     """Make the function that records the samples due in a leap from ``begin``, moving frame."""
-    turn_filled, here_type = build_turn_filled(system), system.medium.here_type
+    turn_filled, around_type = build_turn_filled(system), system.medium.surroundings_type
 
     @wp.func
     def filled(
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         schedule: Schedule,
@@ -174,7 +177,7 @@ def build_filled(system: System) -> wp.Function:
             following = from_chart(reference, y)
             p = turn_filled(
                 body,
-                here,
+                around,
                 drive,
                 magnets,
                 schedule,

@@ -38,7 +38,7 @@ SAFETY = wp.constant(wp.float64(0.85))
 GROWTH = wp.constant(wp.float64(1.5))
 SHRINK = wp.constant(wp.float64(0.2))
 LEAST_ERROR = wp.constant(wp.float64(1e-8))
-MISSED = wp.constant(wp.float64(0.05))  # of the tolerance, for what steps of a turn may miss: it changes unseen
+MISSED = wp.constant(wp.float64(0.1))  # of the tolerance, for what steps of a turn may miss: it changes unseen
 OLD = wp.constant(30)  # leaps after which the Jacobian is worked out again
 MOST_TURNS = wp.constant(100)  # of a leap
 FIRST_LOOK = wp.constant(0)  # turn of a leap after which room is looked at
@@ -151,9 +151,9 @@ def way_of(
         if j >= look:
             t = origin + (at + ONE) * period
             state = to_lab(drive, t, from_chart(reference, way.end))
-            least, kind = clearance(bounds, magnets, rpm_pose(drive, t), state)
-            way.room = wp.min(way.room, least - keep)
-            look = j + 1 + int(wp.clamp((least - keep) / keep, ZERO, wp.float64(MOST_TURNS)))
+            room = room_at(drive, magnets, bounds, t, state) - keep
+            way.room = wp.min(way.room, room)
+            look = j + 1 + int(wp.clamp(room / keep, ZERO, wp.float64(MOST_TURNS)))
     return way
 
 
@@ -203,7 +203,30 @@ def guessed(schedule: Schedule, memory: Memory, run: int, period: wp.float64, be
 
 
 @wp.func
-def first_followed(turn: Turn, roll: wp.float64, period: wp.float64, before: Progress) -> Progress:
+def room_at(
+    drive: ArmMotion, magnets: wp.array(dtype=FieldSource), bounds: Bounds, t: wp.float64, state: State
+) -> wp.float64:
+    """Distance (m) to anything that ends the run, or to where walls that hold begin to act."""
+    least, kind = clearance(bounds, magnets, rpm_pose(drive, t), state)
+    return least - bounds.pull_reach
+
+
+@wp.func
+def room_needed(turn: Turn, drive: ArmMotion, bounds: Bounds, period: wp.float64, begin: State) -> wp.float64:
+    """How much of it a turn like this one needs (m)."""
+    return wp.max(ROOM * (turn.reach + period * drift(drive, begin, bounds.tail)), LEAST_ROOM)
+
+
+@wp.func
+def first_followed(
+    turn: Turn,
+    roll: wp.float64,
+    drive: ArmMotion,
+    magnets: wp.array(dtype=FieldSource),
+    bounds: Bounds,
+    period: wp.float64,
+    before: Progress,
+) -> Progress:
     """Progress after the turn from where leaping began."""
     p = before
     p.leap.roll = roll
@@ -212,7 +235,9 @@ def first_followed(turn: Turn, roll: wp.float64, period: wp.float64, before: Pro
     p.leap.stage = COLUMNS
     p.leap.column = 0
     p.leap.reference = p.leap.aim
-    if not turn.cosine > IN_STEP:
+    if not turn.cosine > IN_STEP or room_at(drive, magnets, bounds, p.time, p.state) < room_needed(
+        turn, drive, bounds, period, p.leap.aim
+    ):
         p = put_off(p, period)
     return p
 
@@ -274,7 +299,7 @@ def guess_followed(
     reference = p.leap.reference
     curve = curve_through(memory, run, reference, p.leap.miss, p.leap.pushes - known, known + 1)
     begin = memory.places[run, slot_of(p.leap.pushes - 1)]
-    keep = wp.max(ROOM * (turn.reach + period * drift(drive, begin, bounds.tail)), LEAST_ROOM)
+    keep = room_needed(turn, drive, bounds, period, begin)
     way = way_of(
         memory.jacobians[run],
         curve,
@@ -308,13 +333,13 @@ def guess_followed(
 @cache
 def build_leapt(system: System) -> wp.Function:
     """Make the function that takes a run over a leap, once the turn from where that led was followed."""
-    filled, here_type = build_filled(system), system.medium.here_type
+    filled, around_type = build_filled(system), system.medium.surroundings_type
 
     @wp.func
     def leapt(
         turn: Turn,
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         schedule: Schedule,
@@ -328,7 +353,7 @@ def build_leapt(system: System) -> wp.Function:
         first = before.leap.pushes - known
         y = memory.places[run, slot_of(before.leap.pushes - 1)]
         curve = curve_through(memory, run, before.leap.reference, before.leap.miss, first, known + 1)
-        p = filled(body, here, drive, magnets, schedule, memory, run, first, curve, y, before, records)
+        p = filled(body, around, drive, magnets, schedule, memory, run, first, curve, y, before, records)
         p.leap.number = p.leap.aim_number
         p.leap.pushes += 1
         p.leap.known += 1
@@ -337,6 +362,7 @@ def build_leapt(system: System) -> wp.Function:
         p.leap.stride = stride_after(p.leap.turns_aimed, p.leap.error, known + 1)
         p.time = p.leap.origin + p.leap.number * period
         p.state = to_lab(drive, p.time, with_roll(p.leap.aim, p.leap.roll * p.leap.number))
+        p.middle = p.state
         p.synchrony.lag = turn.lag
         if turn.lag[0] > ZERO:
             p.synchrony.locked = 1
@@ -366,12 +392,12 @@ def watched(leap: Leap, spin_rate: wp.float64, t: wp.float64, lag: wp.vec2d) -> 
 @cache
 def build_tried(system: System) -> wp.Function:
     """Make the function that follows one turn of the magnet for leaping, and does with it what comes next."""
-    follow, leapt, here_type = build_follow(system), build_leapt(system), system.medium.here_type
+    follow, leapt, around_type = build_follow(system), build_leapt(system), system.medium.surroundings_type
 
     @wp.func
     def tried(
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         control: Control,
@@ -385,6 +411,8 @@ def build_tried(system: System) -> wp.Function:
         p = before
         period = TWO_PI / wp.abs(drive.spin_rate)
         if p.leap.stage == BEGINNING:
+            if room_at(drive, magnets, bounds, p.time, p.state) < LEAST_ROOM:
+                return put_off(p, period)
             p = begun(drive, p)
         elif p.leap.stage == COLUMNS:
             p = column_aimed(control, memory, run, p)
@@ -406,18 +434,18 @@ def build_tried(system: System) -> wp.Function:
             fine *= 2
         angle = drive.spin_rate * p.leap.origin
         spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        turn, roll = follow(body, here, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
+        turn, roll = follow(body, around, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
         p.leap.followed += wp.int64(1)
         if not rolls_along(turn, roll, p.leap):
             turn.cosine = -ONE
         if p.leap.stage == BEGINNING:
-            p = first_followed(turn, roll, period, p)
+            p = first_followed(turn, roll, drive, magnets, bounds, period, p)
         elif p.leap.stage == COLUMNS:
             p = column_followed(turn, control, memory, run, period, p)
         elif p.leap.stage == GUESSING:
             p = guess_followed(turn, drive, magnets, control, bounds, memory, run, period, p)
         elif turn.cosine > IN_STEP:
-            p = leapt(turn, body, here, drive, magnets, schedule, memory, run, p, records)
+            p = leapt(turn, body, around, drive, magnets, schedule, memory, run, p, records)
         else:
             p = put_off(p, period)
         return p

@@ -133,12 +133,12 @@ def difference(control: Control, column: int) -> wp.float64:
 @cache
 def build_follow(system: System) -> wp.Function:
     """Make the function that follows the turn that a leap aims at and remembers it as the newest."""
-    turn, here_type = build_turn(system), system.medium.here_type
+    turn, around_type = build_turn(system), system.medium.surroundings_type
 
     @wp.func
     def follow(
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
@@ -148,7 +148,7 @@ def build_follow(system: System) -> wp.Function:
         leap: Leap,
         fine: int,
     ):
-        result, shape, roll = turn(body, here, drive, magnets, tail, spin, fine, leap.aim)
+        result, shape, roll = turn(body, around, drive, magnets, tail, spin, fine, leap.aim)
         slot = slot_of(leap.pushes)
         memory.numbers[run, slot] = leap.aim_number
         memory.places[run, slot] = leap.aim

@@ -12,6 +12,7 @@ import warp as wp
 from helimag.engine.control import Control, build_rescaled
 from helimag.engine.events import Bounds, clearance
 from helimag.engine.methods import Method
+from helimag.engine.moving import gone_on
 from helimag.engine.progress import Progress
 from helimag.engine.samples import (
     Record,
@@ -24,12 +25,12 @@ from helimag.engine.samples import (
     turned_within,
 )
 from helimag.engine.synchrony import lag_vector, synchrony_with
-from helimag.engine.system import System, build_balance, build_load, build_rates, leaps_hold
+from helimag.engine.system import System, build_balance, build_load, build_rates, clear_of_walls, leaps_hold
 from helimag.engine.touches import touches_with
 from helimag.engine.turn_memory import Memory
 from helimag.engine.turns import NODES
 from helimag.outcomes import End
-from helimag.physics.balance import Swimmer, moment_of
+from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
 from helimag.physics.kinematics import State, attack_angle, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
 
@@ -46,8 +47,8 @@ RUNNING, HORIZON, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, E
 def build_attempt(system: System, method: Method) -> wp.Function:
     """Make the function that tries one step towards ``end`` (s), under error control and with an eye on events.
 
-    It returns whether the step was taken, how long it was, the time, the step to try next, the state with what is
-    around it, its rates and lag vector, and the run's status.
+    It returns whether the step was taken, how long it was, the time, the step to try next, the state, the middle of the
+    next step with what is around it, rates and lag vector, and the run's status.
     """
     drive_type, pose_model, medium = system.drive_type, system.pose, system.medium
     load, balance, trial = build_load(system.magnet), build_balance(medium.response), method.build(system)
@@ -59,6 +60,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
     def attempt(
         body: Swimmer,
         surroundings: surroundings_type,
+        sheets: wp.array(dtype=Sheet),
         here: here_type,
         drive: drive_type,
         magnets: wp.array(dtype=FieldSource),
@@ -68,6 +70,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         now: wp.float64,
         step: wp.float64,
         state: State,
+        middle: State,
         k0: State,
     ):
         # equal steps to the sample, so that landing on it never costs a tiny one
@@ -78,27 +81,48 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         if not error <= ONE:
             shorter = wp.min(rescaled(dt, error), HALF * dt)
             broken = wp.where(shorter < SHORTEST, NOT_FINITE, RUNNING)
-            return REJECTED, dt, now, shorter, state, here, k0, lag, broken
+            return REJECTED, dt, now, shorter, state, middle, here, k0, lag, broken
         t = now + dt
         if count == ONE:
             t = end
         pose = pose_model(drive, t)
         least, kind = clearance(bounds, magnets, pose, new)
         if least < ZERO and dt > EVENT_TIME:
-            return LOCATING, dt, now, HALF * dt, state, here, k0, lag, RUNNING
+            return LOCATING, dt, now, HALF * dt, state, middle, here, k0, lag, RUNNING
         if least >= ZERO:
             kind = RUNNING
         # surroundings as half way through the next step, if that goes on as this one went: second order in the step;
         # not asked for the step's length that follows from the error, so that a processor can do both at a time
         share = HALF * wp.min(step, control.longest) / dt
-        middle = head_position(new) + share * (head_position(new) - head_position(state))
-        there = local(surroundings, middle, rotation_matrix(new))
+        following_middle = gone_on(state, dt * k0, new, share)
+        there = local(surroundings, head_position(following_middle), rotation_matrix(following_middle), sheets)
         following = wp.min(rescaled(dt, error), growth * step)
         field, force = load(magnets, pose, head_position(new), moment_of(body, new))
         rates = balance(body, there, new, force, field)
-        return TAKEN, dt, t, following, new, there, rates, lag_vector(field, new), kind
+        return TAKEN, dt, t, following, new, following_middle, there, rates, lag_vector(field, new), kind
 
     return attempt
+
+
+@cache
+def build_looked(system: System) -> wp.Function:
+    """Make the function that looks around where a run stands: surroundings of its next step, and rates."""
+    drive_type, around_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
+    rates = build_rates(system)
+
+    @wp.func
+    def looked(
+        body: Swimmer,
+        around: around_type,
+        sheets: wp.array(dtype=Sheet),
+        drive: drive_type,
+        magnets: wp.array(dtype=FieldSource),
+        p: Progress,
+    ):
+        here = local(around, head_position(p.middle), rotation_matrix(p.middle), sheets)
+        return here, rates(body, here, drive, magnets, p.time, p.state)
+
+    return looked
 
 
 @wp.func
@@ -126,7 +150,7 @@ def _leaping_parts(system: System) -> tuple[wp.Function, wp.Function]:
     """What follows turns of the magnet, and what keeps leaps from beginning too early: imported where runs leap."""
     from helimag.engine.leaping import build_tried, watched
 
-    return build_tried(system), watched
+    return build_tried(clear_of_walls(system)), watched
 
 
 def build_advance(system: System, method: Method) -> wp.Kernel:
@@ -140,10 +164,10 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
 @cache
 def _advance(system: System, method: Method) -> wp.Kernel:
     """Steps are noted in place: a function of the whole progress would copy it at each, some percent of the time."""
-    attempt, rates = build_attempt(system, method), build_rates(system)
-    leaping, local, touched = method.leaps, system.medium.local, system.medium.touched
+    attempt, looked = build_attempt(system, method), build_looked(system)
+    leaping, beyond = method.leaps, system.medium.beyond
     tried, watched = _leaping_parts(system) if leaping else (None, None)
-    touching = touched is not None
+    touched, touching = system.medium.touched, system.medium.touched is not None
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
@@ -161,26 +185,26 @@ def _advance(system: System, method: Method) -> wp.Kernel:
     ):
         run = wp.tid()
         p = progress[run]
-        body, around, drive = bodies[run], surroundings[run], drives[run]
+        body, around, drive, rpm = bodies[run], surroundings[run], drives[run], magnets[run]
         control, bound, schedule = controls[run], bounds[run], schedules[run]
-        here = local(around, head_position(p.state), rotation_matrix(p.state))
-        k0 = rates(body, here, drive, magnets[run], p.time, p.state)
+        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+        here, k0 = looked(body, around, sheets, drive, rpm, p)
         p.statistics = begun(p.statistics, p.sample, p.time, p.state)
         left = int(budget)
         while left > 0 and p.status == RUNNING:
             if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
                 if p.time >= p.leap.ready:
-                    p = tried(body, here, drive, magnets[run], control, bound, schedule, memory, run, p, records)
-                    here = local(around, head_position(p.state), rotation_matrix(p.state))
-                    k0 = rates(body, here, drive, magnets[run], p.time, p.state)
+                    p = tried(body, beyond(around), drive, rpm, control, bound, schedule, memory, run, p, records)
+                    here, k0 = looked(body, around, sheets, drive, rpm, p)
                     left -= NODES
             end = sample_time(schedule, p.sample)
             climb = k0[2]
             if p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
-                outcome, dt, t, step, new, here, k0, lag, status = attempt(
-                    body, around, here, drive, magnets[run], control, bound, end, p.time, p.step, p.state, k0
+                outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
+                    body, around, sheets, here, drive, rpm, control, bound, end, p.time, p.step, p.state, p.middle, k0
                 )
                 p.step = step
+                p.middle = middle
                 p.status = status
                 if outcome == TAKEN:
                     p.synchrony = synchrony_with(p.synchrony, lag)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 import warp as wp
@@ -15,6 +16,20 @@ def _nothing_around(scenarios: Sequence[Scenario], device: str) -> wp.array:
     return wp.zeros(len(scenarios), dtype=OpenWater, device=device)
 
 
+class Alike(Enum):
+    """Where a medium answers alike, so that the answer repeats itself in a frame that moves along."""
+
+    NOWHERE = "nowhere"
+    SIDEWAYS = "sideways"  # wherever it is moved level or turned about the vertical
+    EVERYWHERE = "everywhere"
+
+
+@wp.func
+def unheld(surroundings: Any) -> Any:
+    """Surroundings of which no wall holds the device: all of them."""
+    return surroundings
+
+
 @dataclass(frozen=True)
 class Medium:
     """What surrounds the device, and how it answers a load there.
@@ -26,21 +41,30 @@ class Medium:
         (N, N m) gives the device, all in the body frame: its mobility, which may depend on where it is. Linear in the
         load, but where walls hold.
     local
-        ``local(surroundings, position, rotation)``: what ``response`` needs to know of the surroundings there
-        (``here``). It is asked once a step, for the step's middle: for what changes little while the magnet turns
-        through some twenty degrees and costs too much to ask at every stage.
+        ``local(surroundings, position, rotation, sheets)``: what ``response`` needs to know of the surroundings there
+        (``here``), some of it on ``sheets``. It is asked once a step, about the step's middle: for what costs too much
+        to ask at every stage, and what of it changes within a step, by some twenty degrees of the magnet, ``response``
+        can tell.
     pack
         ``pack(scenarios, device)``: an array of surroundings, one a scenario, on the device; those of a scenario that
         is in another medium are never looked at.
     touched
         ``touched(here, state, rates)``: bits of the walls that push a device whose state has these rates; None
         where no wall does.
+    alike
+        Where it answers alike. A medium that does not say so is none to leap over turns in.
+    clear, beyond
+        The same medium as long as the device keeps clear of walls that hold, None for itself; and
+        ``beyond(surroundings)``: what surrounds the device then.
     """
 
     response: wp.Function = open_water
     local: wp.Function = nothing_near
     pack: Callable[[Sequence[Scenario], str], wp.array] = _nothing_around
     touched: wp.Function | None = None
+    alike: Alike = Alike.NOWHERE
+    clear: "Medium | None" = None
+    beyond: wp.Function = unheld
 
     @property
     def surroundings_type(self) -> Any:
@@ -53,4 +77,4 @@ class Medium:
         return self.response.input_types["here"]
 
 
-OPEN_WATER = Medium()
+OPEN_WATER = Medium(alike=Alike.EVERYWHERE)

@@ -6,8 +6,9 @@ magnet. Where the drive yaws it must not travel sideways: no such frame exists t
 
 import warp as wp
 
-from helimag.physics.kinematics import ArmMotion, State, head_position, turn_z
+from helimag.physics.kinematics import ArmMotion, State, head_position, normalized, turn_z
 
+ONE = wp.constant(wp.float64(1.0))
 HALF = wp.constant(wp.float64(0.5))
 
 
@@ -26,6 +27,16 @@ def turned(state: State, angle: wp.float64) -> State:
         c * state[5] + s * state[4],
         c * state[6] + s * state[3],
     )
+
+
+@wp.func
+def gone_on(before: State, way: State, after: State, share: wp.float64) -> State:
+    """The state a share of a step on from ``after``, by the parabola from ``before``.
+
+    ``way`` is how far the rates there would have led in that step.
+    """
+    reached = ONE + share
+    return normalized(before + way * reached + (after - before - way) * (reached * reached))
 
 
 @wp.func

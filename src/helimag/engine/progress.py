@@ -42,6 +42,7 @@ class Progress:
     time: wp.float64
     step: wp.float64
     state: State
+    middle: State  # about which surroundings were looked at last
     status: wp.int32
     sample: wp.int32  # the next to be recorded
     steps: wp.int64

@@ -132,14 +132,15 @@ def advancing(
     check_device(device)
     states = _checked_states(scenarios, initial_states)
     pack_bodies(scenarios)  # a device that cannot be is refused before anything is compiled
-    kinds = [(system(scenario), method_for(scenario, method)) for scenario in scenarios]
+    formulas = [system(scenario) for scenario in scenarios]
+    kinds = [(of, method_for(of, scenario, method)) for of, scenario in zip(formulas, scenarios, strict=True)]
     workers = (threads or os.cpu_count() or 1) if device == "cpu" else 1
     size = _batch_size(scenarios, workers) if device == "cpu" else len(scenarios)
     jobs = _jobs(scenarios, kinds, states, _checked_histories(scenarios, after), size)
     for job in jobs:
         job.system.medium.pack(job.scenarios, device)  # tables are made here, where Ctrl-C is heard, and kept
-    for formulas, steps in {(job.system, job.method): None for job in jobs}:
-        ready(partial(build_advance, formulas, steps), device)
+    for of, steps in {(job.system, job.method): None for job in jobs}:
+        ready(partial(build_advance, of, steps), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
     told = "1 run" if len(scenarios) == 1 else f"{len(scenarios)} runs"
     LOG.info("%s of %.6g s in all by the method '%s' on %s, %d threads", told, total, method.name, device, workers)
@@ -226,7 +227,7 @@ def _jobs(
         for begin in range(0, len(places), size):
             part = places[begin : begin + size]
             batch = [scenarios[place] for place in part]
-            progress = started(batch, states[part])
+            progress = started(system, batch, states[part])
             known = [after[place] for place in part]
             for run, history in enumerate(known):
                 if history is not None:

@@ -5,13 +5,13 @@ signature of its kind; nothing else changes.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 import warp as wp
 
-from helimag.engine.medium import OPEN_WATER, Medium
+from helimag.engine.medium import OPEN_WATER, Alike, Medium
 from helimag.physics import magnetics
 from helimag.physics.balance import Swimmer, load_on, moment_of
 from helimag.physics.kinematics import (
@@ -24,7 +24,7 @@ from helimag.physics.kinematics import (
     state_rates,
 )
 from helimag.physics.magnetics import FieldSource, moment_axis
-from helimag.scenario import Scenario
+from helimag.scenario import Drive, Scenario
 
 MAGNET_MODELS = {"dipole": magnetics.point_dipole, "cylinder": magnetics.cylinder}
 
@@ -55,8 +55,26 @@ class System:
 
 
 def leaps_hold(system: System) -> bool:
-    """Whether runs with these formulas may leap over turns: a drive that repeats itself, in open water."""
-    return system.pose is rpm_pose and system.medium == OPEN_WATER
+    """Whether runs with these formulas may leap over turns: drive and medium repeat themselves in a moving frame."""
+    return system.pose is rpm_pose and system.medium.alike is not Alike.NOWHERE
+
+
+def uniform(system: System) -> bool:
+    """Whether the medium answers alike everywhere, as long as no wall holds the device."""
+    return clear_of_walls(system).medium.alike is Alike.EVERYWHERE
+
+
+def frame_moves(system: System, drive: Drive) -> bool:
+    """Whether a frame moves with the drive in which all that acts on the device repeats itself turn by turn."""
+    sideways = any(drive.velocity[:2])
+    leaves = drive.velocity[2] != 0.0 and not uniform(system)
+    return leaps_hold(system) and not leaves and not (drive.yaw_rate != 0.0 and sideways)
+
+
+def clear_of_walls(system: System) -> System:
+    """The formulas as long as the device keeps clear of walls that hold."""
+    clear = system.medium.clear
+    return system if clear is None else replace(system, medium=clear)
 
 
 def system_of(scenario: Scenario) -> System:

@@ -11,10 +11,10 @@ import warp as wp
 
 from helimag.engine import tableau
 from helimag.engine.methods import STAGES, Stages, weighted_sum
-from helimag.engine.moving import frame_rates
+from helimag.engine.moving import frame_rates, gone_on
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import System, build_balance, build_load
-from helimag.physics.balance import Swimmer, moment_of
+from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
 from helimag.physics.kinematics import (
     ArmMotion,
     RpmPose,
@@ -168,13 +168,13 @@ def build_spun_step(system: System) -> wp.Function:
 @cache
 def build_part_turn(system: System) -> wp.Function:
     """Make the function that goes on from a node by an angle of the spin that is less than to the next."""
-    rates, step, here_type = build_moving_rates(system), build_spun_step(system), system.medium.here_type
-    stage_spins = build_stage_spins()
+    rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
+    around_type, local = system.medium.surroundings_type, system.medium.local
 
     @wp.func
     def part_turn(
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         spin_at_start: wp.vec2d,
@@ -189,10 +189,15 @@ def build_part_turn(system: System) -> wp.Function:
         spins = stage_spins(sense * part)
         so_far = sense * wp.float64(node) * PER_NODE
         spin = spin_ahead(spin_at_start, wp.cos(so_far), wp.sin(so_far))
+        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         state = begin
+        middle = begin
         for _ in range(fine):
+            here = local(around, head_position(middle), rotation_matrix(middle), sheets)
             k0, lag = rates(body, here, drive, magnets, spin, state)
-            state = step(body, here, drive, magnets, spin, spins, h, state, k0)
+            new = step(body, here, drive, magnets, spin, spins, h, state, k0)
+            middle = gone_on(state, h * k0, new, HALF)
+            state = new
             spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
         return state
 
@@ -213,15 +218,49 @@ def about_axis(old: State, new: State) -> wp.float64:
 
 
 @cache
+def build_set_out(system: System) -> wp.Function:
+    """Make the function that looks around for a turn's first step of ``h`` (s): surroundings, rates and lag vector.
+
+    No step before it tells where it goes, so rates where it begins do, once they are known.
+    """
+    rates, around_type = build_moving_rates(system), system.medium.surroundings_type
+    here_type, local = system.medium.here_type, system.medium.local
+
+    @wp.func
+    def set_out(
+        body: Swimmer,
+        around: around_type,
+        sheets: wp.array(dtype=Sheet),
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        spin: wp.vec2d,
+        h: wp.float64,
+        state: State,
+    ):
+        here = here_type()
+        k0 = State()
+        lag = wp.vec2d()
+        middle = state
+        looks = 2  # not unrolled, so that it compiles sooner
+        for _ in range(looks):
+            here = local(around, head_position(middle), rotation_matrix(middle), sheets)
+            k0, lag = rates(body, here, drive, magnets, spin, state)
+            middle = normalized(state + HALF * h * k0)
+        return here, k0, lag
+
+    return set_out
+
+
+@cache
 def build_turn(system: System) -> wp.Function:
     """Make the map over one turn of the magnet: what it does, and its shape at the nodes, its last row the end."""
-    rates, step, here_type = build_moving_rates(system), build_spun_step(system), system.medium.here_type
-    stage_spins = build_stage_spins()
+    rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
+    set_out, around_type, local = build_set_out(system), system.medium.surroundings_type, system.medium.local
 
     @wp.func
     def turn(
         body: Swimmer,
-        here: here_type,
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
@@ -238,12 +277,16 @@ def build_turn(system: System) -> wp.Function:
         shape = Shape()
         result = Turn()
         result.cosine = ONE
-        k0, lag = rates(body, here, drive, magnets, spin, state)
+        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+        here, k0, lag = set_out(body, around, sheets, drive, magnets, spin, h, state)
         roll = wp.float64(1.0)
         nodes = int(NODES)  # not unrolled: a step is much code
         for node in range(nodes):
             for _ in range(fine):
-                state = step(body, here, drive, magnets, spin, spins, h, state, k0)
+                new = step(body, here, drive, magnets, spin, spins, h, state, k0)
+                middle = gone_on(state, h * k0, new, HALF)
+                here = local(around, head_position(middle), rotation_matrix(middle), sheets)
+                state = new
                 spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
                 k0, lag = rates(body, here, drive, magnets, spin, state)
                 result.cosine = wp.min(result.cosine, lag[0] / wp.max(wp.length(lag), TINY))

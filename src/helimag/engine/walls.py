@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from helimag.engine.medium import Medium
+from helimag.engine.medium import Alike, Medium
 from helimag.engine.patience import announced
 from helimag.hydrodynamics import resistance
-from helimag.hydrodynamics.boundary import mobility_changes, wall_table
+from helimag.hydrodynamics.boundary import mobility_changes, spline_coefficients, wall_table
 from helimag.physics.walls import EVEN, LEANING, Change, FloorAndSurface, WallGrid, near_walls, seen_walls
 from helimag.scenario import Device, Fluid, Scenario
 
@@ -65,9 +65,9 @@ def _table(body: Device, fluid: Fluid, kind: Any, device: str) -> dict[str, Any]
         "least_tilt": table.tilts[0, 0],
         "turning": table.tilts[1, 0],
         "per_tilt": wp.vec2d(*(table.tilts.shape[1] - 1) / np.ptp(table.tilts, axis=1)),
-        "reach": wp.array(table.reach, dtype=wp.float64, device=device),
+        "reach": wp.array(spline_coefficients(table.reach[:, 1:-1], 1), dtype=wp.float64, device=device),
         "changes": wp.array(np.ascontiguousarray(changes), dtype=Change, device=device),
     }
 
 
-NEAR_WALLS = Medium(near_walls, seen_walls, pack_walls)
+NEAR_WALLS = Medium(near_walls, seen_walls, pack_walls, alike=Alike.SIDEWAYS)

@@ -6,6 +6,11 @@ from helimag.physics.kinematics import State, rotation_matrix
 
 ZERO = wp.constant(wp.float64(0.0))
 
+# what a medium may write down of what is around a device: memory of the kernel, SHEETS of these. A structure as large
+# would be copied at every stage of a step
+Sheet = wp.types.vector(length=24, dtype=wp.float64)
+SHEETS = wp.constant(3)
+
 
 @wp.struct
 class Swimmer:
@@ -56,7 +61,9 @@ class OpenWater:
 
 
 @wp.func
-def nothing_near(surroundings: OpenWater, position: wp.vec3d, rotation: wp.mat33d) -> OpenWater:
+def nothing_near(
+    surroundings: OpenWater, position: wp.vec3d, rotation: wp.mat33d, sheets: wp.array(dtype=Sheet)
+) -> OpenWater:
     """What is around the device in open water: the same everywhere."""
     return surroundings
 

@@ -10,18 +10,20 @@ rotation as they stand, puts these in again: no root, no division, and nothing t
 
 import warp as wp
 
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import Sheet, Swimmer
 
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
 TWO = wp.constant(wp.float64(2.0))
+UPRIGHT = wp.constant(wp.float64(0.1))  # least cosine of the tilt by which derivatives are divided: it only blunts them
 THREE = wp.constant(wp.float64(3.0))
 FOUR = wp.constant(wp.float64(4.0))
-FIVE = wp.constant(wp.float64(5.0))
+SIX = wp.constant(wp.float64(6.0))
+SIXTH = wp.constant(wp.float64(1.0 / 6.0))
 ZERO = wp.constant(wp.float64(0.0))
 
 # of a symmetric 6x6: ``EVEN`` entries, then ``LEANING`` ones, then three that are not used and fill a vector register
-Change = wp.types.vector(length=24, dtype=wp.float64)
+Change = Sheet
 EVEN = ((0, 0), (0, 3), (1, 1), (1, 4), (1, 5), (3, 3), (4, 4))
 LEANING = ((0, 1), (0, 2), (0, 4), (0, 5), (1, 3), (2, 3), (3, 4), (3, 5))  # between the long axis and across
 LEANING += ((1, 1), (1, 2), (1, 4), (1, 5), (4, 4), (4, 5))  # across alone, where blocks are symmetric, without trace
@@ -53,20 +55,30 @@ class FloorAndSurface:
 
 @wp.struct
 class NearWalls:
-    """What walls add to the mobility at a place."""
+    """What walls add to the mobility around a place: to first order in how far from it the device is."""
 
-    change: Change
+    height: wp.float64  # of the place, m
+    sine: wp.float64  # of the tilt there
+    changes: wp.array(dtype=Change)  # there, and its derivatives by height and sine
 
 
 @wp.func
 def cubic_weights(t: wp.float64) -> wp.vec4d:
-    """Weights of four evenly spaced nodes between the second and third of them: Catmull and Rom's cubic."""
-    return wp.vec4d(
-        HALF * t * (-ONE + t * (TWO - t)),
-        ONE + HALF * t * t * (-FIVE + THREE * t),
-        HALF * t * (ONE + t * (FOUR - THREE * t)),
-        HALF * t * t * (t - ONE),
+    """Weights of four evenly spaced coefficients between the second and third of them: uniform cubic B-splines."""
+    u = ONE - t
+    return SIXTH * wp.vec4d(
+        u * u * u,
+        FOUR + t * t * (THREE * t - SIX),
+        FOUR + u * u * (THREE * u - SIX),
+        t * t * t,
     )
+
+
+@wp.func
+def cubic_slopes(t: wp.float64) -> wp.vec4d:
+    """Derivatives of these weights."""
+    u = ONE - t
+    return HALF * wp.vec4d(-u * u, t * (THREE * t - FOUR), -u * (THREE * u - FOUR), t * t)
 
 
 @wp.func
@@ -76,8 +88,11 @@ def place_on(value: wp.float64, low: wp.float64, density: wp.float64, nodes: int
 
 
 @wp.func
-def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp.float64) -> Change:
-    """Change of mobility by a wall ``distance`` (m) from the origin, nose ``tilt`` (rad) away from it."""
+def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp.float64, cosine: wp.float64):
+    """Change of mobility by a wall ``distance`` (m) from the origin, nose ``tilt`` (rad) away from it.
+
+    With its derivatives by the distance and by the tilt's sine.
+    """
     gaps = grid.changes.shape[1] - 2
     tilts = grid.changes.shape[2] - 2
     side = 0
@@ -88,29 +103,65 @@ def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp
     at = place_on(tilt, first, grid.per_tilt[side], tilts)
     column = wp.min(int(at), tilts - 2)
     across = cubic_weights(at - wp.float64(column))
+    tilting = cubic_slopes(at - wp.float64(column)) * (grid.per_tilt[side] / cosine)
     reach = ZERO
+    reaching = ZERO
     for c in range(4):
         reach += across[c] * grid.reach[side, column + c]
-    gap = wp.max(distance - reach, grid.least)
+        reaching += tilting[c] * grid.reach[side, column + c]
+    gap = distance - reach
+    opening = ONE
+    if gap < grid.least:
+        gap = grid.least
+        opening = ZERO
     height = place_on(wp.log(gap), grid.low, grid.per_gap, gaps)
     row = wp.min(int(height), gaps - 2)
-    along = cubic_weights(height - wp.float64(row)) * (ONE / (gap + reach + grid.middle * sine))
+    inverse = ONE / (gap + reach + grid.middle * sine)
+    along = cubic_weights(height - wp.float64(row)) * inverse
+    rising = cubic_slopes(height - wp.float64(row)) * (inverse * opening * grid.per_gap / gap)
+    if height >= wp.float64(gaps - 1):
+        rising = wp.vec4d()
     total = Change()
-    for r in range(4):
+    by_gap = Change()
+    by_sine = Change()
+    four = wp.int32(4)  # a loop over a variable is not unrolled, and compiles sooner
+    for r in range(four):
         for c in range(4):
-            total += (along[r] * across[c]) * grid.changes[side, row + r, column + c]
-    return total
+            node = grid.changes[side, row + r, column + c]
+            total += (along[r] * across[c]) * node
+            by_gap += (rising[r] * across[c]) * node
+            by_sine += (along[r] * tilting[c]) * node
+    by_sine -= reaching * by_gap + (inverse * (reaching * (ONE - opening) + grid.middle)) * total
+    return total, by_gap - (inverse * opening) * total, by_sine
 
 
 @wp.func
-def seen_walls(surroundings: FloorAndSurface, position: wp.vec3d, rotation: wp.mat33d) -> NearWalls:
-    """What floor and surface together add to the mobility at a place: each as if the other were not there."""
+def seen_walls(
+    surroundings: FloorAndSurface, position: wp.vec3d, rotation: wp.mat33d, sheets: wp.array(dtype=Sheet)
+) -> NearWalls:
+    """What floor and surface together add to the mobility around a place: each as if the other were not there."""
     sine = wp.clamp(rotation[2, 0], -ONE, ONE)
     tilt = wp.asin(sine)
-    near = NearWalls()
+    cosine = wp.max(wp.sqrt(ONE - sine * sine), UPRIGHT)
+    change = Change()
+    by_height = Change()
+    by_sine = Change()
     for k in range(surroundings.grids.shape[0]):
         grid = surroundings.grids[k]
-        near.change += change_near(grid, grid.sense * (position[2] - grid.place), grid.sense * tilt, grid.sense * sine)
+        sense = grid.sense
+        alone, by_distance, by_its_sine = change_near(
+            grid, sense * (position[2] - grid.place), sense * tilt, sense * sine, cosine
+        )
+        change += alone
+        by_height += sense * by_distance
+        by_sine += sense * by_its_sine
+    sheets[0] = change
+    sheets[1] = by_height
+    sheets[2] = by_sine
+    near = NearWalls()
+    near.height = position[2]
+    near.sine = sine
+    near.changes = sheets
     return near
 
 
@@ -150,5 +201,8 @@ def near_walls(
     body: Swimmer, here: NearWalls, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
 ) -> wp.spatial_vectord:
     """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, beside floor or surface."""
+    risen = position[2] - here.height
+    raised = rotation[2, 0] - here.sine
+    change = here.changes[0] + risen * here.changes[1] + raised * here.changes[2]
     # symmetric: behind the vector its rows are read one by one
-    return load * (body.mobility + change_rolled(here.change, rotation[2, 2], rotation[2, 1]))
+    return load * (body.mobility + change_rolled(change, rotation[2, 2], rotation[2, 1]))

@@ -5,14 +5,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.hydrodynamics.boundary.tables import WallTable, padded
+from helimag.hydrodynamics.boundary.splines import spline_coefficients
+from helimag.hydrodynamics.boundary.tables import WallTable
 from helimag.hydrodynamics.inversion import mobility
 
 Floats = NDArray[np.float64]
 
 
 def mobility_changes(table: WallTable, free: Floats, viscosity: float) -> tuple[Floats, Floats]:
-    """What a wall adds to the mobility times the middle's distance, at the nodes of a table and one row beyond.
+    """What a wall adds to the mobility times the middle's distance, as a spline over a table's nodes.
 
     The mobility in open water is averaged over the roll angle for the difference, as the table is. The change is taken
     apart into what is the same however the device rolls and what leans towards the wall, for which see
@@ -30,7 +31,7 @@ def mobility_changes(table: WallTable, free: Floats, viscosity: float) -> tuple[
     Returns
     -------
     even, leaning : (2, gaps + 2, tilts + 2, 6, 6)
-        m times m/(N s), and so on; level frame.
+        Coefficients, see :func:`spline_coefficients`; m times m/(N s), and so on; level frame.
     """
     level = even_part(free)
     open_water = mobility(level)
@@ -42,7 +43,12 @@ def mobility_changes(table: WallTable, free: Floats, viscosity: float) -> tuple[
         changes[side, row, column] = distance * (mobility(level + added) - open_water)
     even = even_part(changes)
     leaning = leaning_over_cosines(changes - even, table.tilts)
-    return padded(padded(even, 1), 2), padded(padded(leaning, 1), 2)
+    return spline_over(even), spline_over(leaning)
+
+
+def spline_over(changes: Floats) -> Floats:
+    """Coefficients over gaps and tilts of each side."""
+    return spline_coefficients(spline_coefficients(changes, 1), 2)
 
 
 def even_part(matrix: Floats) -> Floats:

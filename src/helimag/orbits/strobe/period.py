@@ -9,7 +9,7 @@ from functools import cache
 import warp as wp
 
 from helimag.engine import Control, Method, System, build_balance, build_load, lag_vector, shifted, to_lab, to_moving
-from helimag.physics.balance import Swimmer, moment_of
+from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
 from helimag.physics.kinematics import ArmMotion, State, attack_angle, head_position, rotation_matrix, rpm_pose
 from helimag.physics.magnetics import FieldSource
 
@@ -82,6 +82,7 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
         control.tolerance = ONE
         control.length = ONE
         start = states[i]
+        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         dt = (passage.end - passage.begin) / wp.float64(passage.steps)
         weight = ONE / wp.float64(passage.steps)
         state = to_lab(drive, passage.begin, start)
@@ -95,7 +96,7 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
         )
         for k in range(passage.steps):
             t = passage.begin + wp.float64(k) * dt
-            here = local(surroundings[passage.problem], head_position(state), rotation_matrix(state))
+            here = local(surroundings[passage.problem], head_position(state), rotation_matrix(state), sheets)
             k0 = balance(body, here, state, force, field)
             state, error = trial(body, here, drive, magnets[passage.problem], control, t, dt, state, k0)
             t += dt

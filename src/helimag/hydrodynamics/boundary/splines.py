@@ -1,0 +1,36 @@
+"""Cubic splines over evenly spaced nodes, by the coefficients of their B-splines."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def spline_coefficients(values: Floats, axis: int) -> Floats:
+    """Coefficients of the cubic spline through values at evenly spaced nodes, with no third derivative at its ends.
+
+    Its second derivative is continuous, so that what is looked up changes smoothly from cell to cell. Between two nodes
+    it is the sum of four coefficients, from that of the node before, times the uniform B-splines there.
+
+    Parameters
+    ----------
+    values
+        At four nodes or more along ``axis``.
+
+    Returns
+    -------
+    ndarray
+        The same shape with two more along the axis: one before the first node, one behind the last.
+
+    Source: C. de Boor, A Practical Guide to Splines, 2001, ch. IX and IV (parabolic run-out).
+    """
+    count = values.shape[axis] + 2
+    system = np.zeros((count, count))
+    for node in range(1, count - 1):
+        system[node, node - 1 : node + 2] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
+    system[0, :4] = system[-1, -4:] = 1.0, -3.0, 3.0, -1.0
+    along = np.moveaxis(values, axis, 0)
+    right = np.zeros((count, *along.shape[1:]))
+    right[1:-1] = along
+    found = np.linalg.solve(system, right.reshape(count, -1)).reshape(right.shape)
+    return np.ascontiguousarray(np.moveaxis(found, 0, axis))
