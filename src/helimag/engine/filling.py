@@ -75,6 +75,20 @@ def build_state_between(system: System) -> wp.Function:
     return state_between
 
 
+@wp.func
+def sampled(
+    before: Progress, run: int, due: wp.float64, dt: wp.float64, state: State, records: wp.array2d(dtype=Record)
+) -> Progress:
+    """The progress once the sample that is due ``dt`` (s) on is recorded; no wall pushes during a leap."""
+    p = before
+    p.statistics = statistics_with(p.statistics, dt, state[2], attack_angle(state))
+    records[run, p.sample] = record_of(p.statistics, due, state, p.synchrony.slips, p.touches.lately)
+    p.statistics = statistics_from(due, state)
+    p.touches.lately = wp.int32(0)
+    p.sample += 1
+    return p
+
+
 @cache
 def build_turn_filled(system: System) -> wp.Function:
     """Make the function that records the samples due in a turn from ``begin`` to ``end``, moving frame."""
@@ -103,11 +117,9 @@ def build_turn_filled(system: System) -> wp.Function:
         start = p.leap.origin + number * period
         heights = heights_between(memory, run, first, count, weights)
         attacks = attacks_between(memory, run, first, count, weights)
-        attack = attack_angle(begin)
-        climb = attack_angle(end) - attack
-        # in the lab: the moving frame rises with the drive
+        attack, climb = attack_angle(begin), attack_angle(end) - attack_angle(begin)
         bottom = begin[2] + start * drive.velocity[2]
-        rise = end[2] - begin[2] + period * drive.velocity[2]
+        rise = end[2] - begin[2] + period * drive.velocity[2]  # in the lab: the moving frame rises
         left = heights[0] - heights[LOOKS - 1] + rise / TURN_PARTS
         due = sample_time(schedule, p.sample)
         last = start
@@ -120,11 +132,7 @@ def build_turn_filled(system: System) -> wp.Function:
                     body, around, drive, magnets, memory, run, first, count, weights, p, phase, begin, end
                 )
                 state = to_lab(drive, due, with_roll(moving, p.leap.roll * number))
-                p.statistics = statistics_with(p.statistics, due - last, state[2], attack_angle(state))
-                records[run, p.sample] = record_of(p.statistics, due, state, p.synchrony.slips, p.touches.lately)
-                p.statistics = statistics_from(due, state)
-                p.touches.lately = wp.int32(0)  # no wall pushes during a leap
-                p.sample += 1
+                p = sampled(p, run, due, due - last, state, records)
                 last = due
                 due = sample_time(schedule, p.sample)
             height = bottom + share * rise + heights[i]

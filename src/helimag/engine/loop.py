@@ -164,10 +164,9 @@ def build_advance(system: System, method: Method) -> wp.Kernel:
 @cache
 def _advance(system: System, method: Method) -> wp.Kernel:
     """Steps are noted in place: a function of the whole progress would copy it at each, some percent of the time."""
-    attempt, looked = build_attempt(system, method), build_looked(system)
-    leaping, beyond = method.leaps, system.medium.beyond
+    attempt, looked, leaping = build_attempt(system, method), build_looked(system), method.leaps
     tried, watched = _leaping_parts(system) if leaping else (None, None)
-    touched, touching = system.medium.touched, system.medium.touched is not None
+    beyond, touched = system.medium.beyond, system.medium.touched
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(
@@ -186,11 +185,10 @@ def _advance(system: System, method: Method) -> wp.Kernel:
         run = wp.tid()
         p = progress[run]
         body, around, drive, rpm = bodies[run], surroundings[run], drives[run], magnets[run]
-        control, bound, schedule = controls[run], bounds[run], schedules[run]
+        control, bound, schedule, left = controls[run], bounds[run], schedules[run], int(budget)
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         here, k0 = looked(body, around, sheets, drive, rpm, p)
         p.statistics = begun(p.statistics, p.sample, p.time, p.state)
-        left = int(budget)
         while left > 0 and p.status == RUNNING:
             if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
                 if p.time >= p.leap.ready:
@@ -213,7 +211,7 @@ def _advance(system: System, method: Method) -> wp.Kernel:
                     p.time = t
                     p.state = new
                     p.steps += wp.int64(1)
-                    if wp.static(touching):
+                    if wp.static(touched is not None):
                         p.touches = touches_with(p.touches, touched(here, new, k0), t, dt)
                     if wp.static(leaping):
                         p.leap = watched(p.leap, drive.spin_rate, t, lag)
