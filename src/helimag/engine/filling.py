@@ -12,11 +12,11 @@ from helimag.engine.progress import Progress
 from helimag.engine.samples import (
     Record,
     Schedule,
+    looked_at,
     record_of,
     sample_time,
     statistics_from,
     statistics_with,
-    turned_within,
 )
 from helimag.engine.system import System
 from helimag.engine.turn_memory import (
@@ -34,9 +34,7 @@ from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, attack_angle
 from helimag.physics.magnetics import FieldSource
 
-ZERO = wp.constant(wp.float64(0.0))
 ONE = wp.constant(wp.float64(1.0))
-TWO = wp.constant(wp.float64(2.0))
 TURN_PARTS = wp.constant(wp.float64(int(LOOKS)))
 COUNT = wp.constant(wp.float64(NODES))
 TWO_PI = wp.constant(wp.float64(2.0 * math.pi))
@@ -136,13 +134,8 @@ def build_turn_filled(system: System) -> wp.Function:
                 last = due
                 due = sample_time(schedule, p.sample)
             height = bottom + share * rise + heights[i]
-            p.statistics.low = wp.min(p.statistics.low, height)
-            p.statistics.high = wp.max(p.statistics.high, height)
             right = heights[(i + 1) % LOOKS] - heights[i] + rise / TURN_PARTS  # the turn after is like this one
-            if left * right < ZERO:  # the parabola through this height and those before and after
-                bend = TWO * (right - left)
-                tilt = left + right
-                p.statistics = turned_within(p.statistics, height - left, tilt - bend, height + right, tilt + bend)
+            p.statistics = looked_at(p.statistics, height, left, right)
             left = right
             if (i + 1) % FINE == 0:
                 angle = attack + share * climb + attacks[(i + 1) // FINE - 1]

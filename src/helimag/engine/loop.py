@@ -21,8 +21,7 @@ from helimag.engine.samples import (
     record_of,
     sample_time,
     statistics_from,
-    statistics_with,
-    turned_within,
+    stepped_with,
 )
 from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates, clear_of_walls, leaps_hold
@@ -31,7 +30,7 @@ from helimag.engine.turn_memory import Memory
 from helimag.engine.turns import NODES
 from helimag.outcomes import End
 from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
-from helimag.physics.kinematics import State, attack_angle, head_position, rotation_matrix
+from helimag.physics.kinematics import State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -206,8 +205,7 @@ def _advance(system: System, method: Method) -> wp.Kernel:
                 p.status = status
                 if outcome == TAKEN:
                     p.synchrony = synchrony_with(p.synchrony, lag)
-                    p.statistics = turned_within(p.statistics, p.state[2], dt * climb, new[2], dt * k0[2])
-                    p.statistics = statistics_with(p.statistics, dt, new[2], attack_angle(new))
+                    p.statistics = stepped_with(p.statistics, dt, climb, new, k0[2])
                     p.time = t
                     p.state = new
                     p.steps += wp.int64(1)

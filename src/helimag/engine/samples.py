@@ -123,6 +123,29 @@ def turned_within(
 
 
 @wp.func
+def stepped_with(
+    stats: Statistics, dt: wp.float64, climb_before: wp.float64, state: State, climb: wp.float64
+) -> Statistics:
+    """The statistics with one more step in them, at whose ends the head climbed at these speeds (m/s)."""
+    turned = turned_within(stats, stats.last_height, dt * climb_before, state[2], dt * climb)
+    return statistics_with(turned, dt, state[2], attack_angle(state))
+
+
+@wp.func
+def looked_at(stats: Statistics, height: wp.float64, left: wp.float64, right: wp.float64) -> Statistics:
+    """The statistics with a height (m) in them that the head came to by a rise of ``left`` (m), as long before as it
+    goes on by ``right``: where the parabola through the three turns, if there, is in them too.
+    """
+    stats.low = wp.min(stats.low, height)
+    stats.high = wp.max(stats.high, height)
+    if left * right >= ZERO:
+        return stats
+    bend = TWO * (right - left)
+    tilt = left + right
+    return turned_within(stats, height - left, tilt - bend, height + right, tilt + bend)
+
+
+@wp.func
 def record_of(stats: Statistics, t: wp.float64, state: State, slips: int, walls: int) -> Record:
     """The sample that ends an interval at ``t``."""
     record = Record()
