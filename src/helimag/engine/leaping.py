@@ -22,6 +22,7 @@ from helimag.engine.leaps import (
     top_of,
     weights_at,
 )
+from helimag.engine.medium import OPEN_WATER
 from helimag.engine.moving import to_lab, to_moving
 from helimag.engine.progress import Leap, Progress
 from helimag.engine.samples import Record, Schedule
@@ -38,7 +39,8 @@ SAFETY = wp.constant(wp.float64(0.85))
 GROWTH = wp.constant(wp.float64(1.5))
 SHRINK = wp.constant(wp.float64(0.2))
 LEAST_ERROR = wp.constant(wp.float64(1e-8))
-MISSED = wp.constant(wp.float64(0.1))  # of the tolerance, for what steps of a turn may miss: it changes unseen
+MISSED = 0.05  # of the tolerance, for what steps of a turn may miss: it changes unseen
+MISSED_NEAR_WALLS = 0.1  # there half of it would ask most runs for twice the steps; random_runs.py --walls
 OLD = wp.constant(30)  # leaps after which the Jacobian is worked out again
 MOST_TURNS = wp.constant(100)  # of a leap
 FIRST_LOOK = wp.constant(0)  # turn of a leap after which room is looked at
@@ -243,15 +245,20 @@ def first_followed(
 
 
 @wp.func
-def miss_followed(miss: Place, control: Control, period: wp.float64, before: Progress) -> Progress:
-    """Progress after a turn in twice as many steps: leaps begin; or again, with finer steps, where that misses much."""
+def miss_followed(
+    miss: Place, bearable: wp.float64, control: Control, period: wp.float64, before: Progress
+) -> Progress:
+    """Progress after a turn in twice as many steps: leaps begin; or again, with finer steps, where that misses much.
+
+    ``bearable``: share of the tolerance.
+    """
     p = before
     p.leap.miss = miss
     p.leap.stage = GUESSING
     p.leap.age = 0
     lasting = miss
     lasting[5] = ZERO  # a turn that begins with another roll ends with the same
-    ratio = largest(lasting, control) / (MISSED * control.tolerance)
+    ratio = largest(lasting, control) / (bearable * control.tolerance)
     if ratio > ONE:
         needed = int(wp.ceil(wp.float64(p.leap.fine) * wp.pow(ratio, EIGHTH)))
         p = given_up(p, wp.where(needed > FINEST, LONG_RETRY, ZERO), period)
@@ -261,14 +268,20 @@ def miss_followed(miss: Place, control: Control, period: wp.float64, before: Pro
 
 @wp.func
 def column_followed(
-    turn: Turn, control: Control, memory: Memory, run: int, period: wp.float64, before: Progress
+    turn: Turn,
+    bearable: wp.float64,
+    control: Control,
+    memory: Memory,
+    run: int,
+    period: wp.float64,
+    before: Progress,
 ) -> Progress:
     """Progress after a turn for the Jacobian."""
     p = before
     now = slot_of(p.leap.pushes - 1)
     change = to_chart(p.leap.reference, turn.end) - to_chart(p.leap.reference, memory.ends[run, now])
     if p.leap.column == 6:
-        p = miss_followed(change, control, period, p)
+        p = miss_followed(change, bearable, control, period, p)
     else:
         slope = change / difference(control, p.leap.column)
         jacobian = memory.jacobians[run]
@@ -393,6 +406,7 @@ def watched(leap: Leap, spin_rate: wp.float64, t: wp.float64, lag: wp.vec2d) -> 
 def build_tried(system: System) -> wp.Function:
     """Make the function that follows one turn of the magnet for leaping, and does with it what comes next."""
     follow, leapt, around_type = build_follow(system), build_leapt(system), system.medium.surroundings_type
+    bearable = wp.constant(wp.float64(MISSED if system.medium == OPEN_WATER else MISSED_NEAR_WALLS))
 
     @wp.func
     def tried(
@@ -432,16 +446,14 @@ def build_tried(system: System) -> wp.Function:
         fine = p.leap.fine
         if p.leap.stage == COLUMNS and p.leap.column == 6:
             fine *= 2
-        angle = drive.spin_rate * p.leap.origin
-        spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        turn, roll = follow(body, around, drive, magnets, bounds.tail, spin, memory, run, p.leap, fine)
+        turn, roll = follow(body, around, drive, magnets, bounds.tail, memory, run, p.leap, fine)
         p.leap.followed += wp.int64(1)
         if not rolls_along(turn, roll, p.leap):
             turn.cosine = -ONE
         if p.leap.stage == BEGINNING:
             p = first_followed(turn, roll, drive, magnets, bounds, period, p)
         elif p.leap.stage == COLUMNS:
-            p = column_followed(turn, control, memory, run, period, p)
+            p = column_followed(turn, bearable, control, memory, run, period, p)
         elif p.leap.stage == GUESSING:
             p = guess_followed(turn, drive, magnets, control, bounds, memory, run, period, p)
         elif turn.cosine > IN_STEP:

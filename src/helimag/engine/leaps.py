@@ -142,12 +142,13 @@ def build_follow(system: System) -> wp.Function:
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
-        spin: wp.vec2d,
         memory: Memory,
         run: int,
         leap: Leap,
         fine: int,
     ):
+        angle = drive.spin_rate * leap.origin
+        spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
         result, shape, roll = turn(body, around, drive, magnets, tail, spin, fine, leap.aim)
         slot = slot_of(leap.pushes)
         memory.numbers[run, slot] = leap.aim_number
