@@ -185,7 +185,7 @@ def test_a_run_that_nobody_waits_for_is_given_up():
     def ask(live):
         # with an arm that turns and moves sideways, nothing is leapt over: seconds of work
         held = {"workspace.contact": "hold", "workspace.floor": "-200 mm", "drive.velocity": (1e-6, 0.0, 0.0)}
-        live.ask(SHORT.replaced({"run.duration": "30000 s", **held}))
+        live.ask(SHORT.replaced({"run.duration": "300000 s", "run.interval": "100 s", **held}))
         time.sleep(0.3)
         return live.ask(SHORT)
 
