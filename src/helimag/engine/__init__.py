@@ -33,7 +33,7 @@ from helimag.engine.system import (
     build_balance,
     build_load,
     build_rates,
-    leaps_hold,
+    frame_moves,
     system_of,
 )
 
@@ -63,9 +63,9 @@ __all__ = [
     "build_rates",
     "carrying_velocity",
     "forward",
+    "frame_moves",
     "initial_gap",
     "lag_vector",
-    "leaps_hold",
     "method_named",
     "pack_bodies",
     "pack_drives",

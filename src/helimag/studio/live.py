@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from helimag.engine import leaps_hold, simulate, system_of
+from helimag.engine import frame_moves, simulate, system_of
 from helimag.errors import HelimagError
 from helimag.orbits import explain
 from helimag.runs import Trajectory
@@ -217,7 +217,7 @@ def beginning(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory:
 
 def leapt(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory | None:
     """The run by leaps; None where there are none, or they take long: where the device slips, say, they are steps."""
-    if not leaps_hold(system_of(scenario)):
+    if not frame_moves(system_of(scenario), scenario.drive):
         return None
     begun = time.monotonic()
 
