@@ -8,10 +8,11 @@ import time
 from pathlib import Path
 
 import pytest
+from distributed import Future
 
 import helimag
 from helimag import FileError
-from helimag.sweeps import parse_plan
+from helimag.sweeps import engines, parse_plan
 from helimag.sweeps.run import sweep
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
@@ -70,6 +71,21 @@ def test_two_workers_give_what_threads_give_also_when_one_is_killed(cluster, alo
     assert 16 <= killed[0] < 120
     assert workers[0].wait() == -signal.SIGKILL
     assert sweep_kills.files(tmp_path / "killed.zarr") == alone
+
+
+def test_a_result_that_is_lost_before_it_is_fetched_is_waited_for_again(cluster, alone, tmp_path, monkeypatch):
+    """As where a worker dies just then: the scheduler has others compute it once more."""
+    address, _ = cluster
+    known, told = Future.status.fget, ["lost", "pending"]
+
+    def status(future):
+        asked_by = sys._getframe(1).f_globals["__name__"]
+        return told.pop() if asked_by == engines.__name__ and told else known(future)
+
+    monkeypatch.setattr(Future, "status", property(status))
+    helimag.sweep(parse_plan(PLAN), out=tmp_path / "s.zarr", scheduler=address)
+    assert told == []
+    assert sweep_kills.files(tmp_path / "s.zarr") == alone
 
 
 def test_no_scheduler_is_one_clear_line(tmp_path, monkeypatch):

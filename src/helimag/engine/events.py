@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from helimag.engine.packing import initial_gap
 from helimag.engine.structures import structs
 from helimag.outcomes import End
-from helimag.physics.contact import PULL_REACH
 from helimag.physics.kinematics import RpmPose, State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
 from helimag.scenario import Scenario
@@ -61,6 +60,8 @@ def _pull_reach(scenario: Scenario) -> float:
     """How near a surface that holds begins to pull (m)."""
     if not scenario.workspace.surface_pull:
         return 0.0
+    from helimag.physics.contact import PULL_REACH
+
     return float(PULL_REACH) * max(scenario.device.head_radius, scenario.device.tail_radius)
 
 

@@ -15,6 +15,7 @@ from helimag.sweeps.compute import Kept, Rows, compute
 Job = tuple[int, Callable[[], Sequence[Scenario | None]]]  # chunk, and what makes its scenarios
 CONNECT_SECONDS = 10
 AHEAD = 2  # jobs sent for each worker thread: one that runs, one that waits
+UNDER_WAY = ("lost", "pending")  # of a future that had finished: it will again
 
 
 class Stopped(Exception):
@@ -104,6 +105,9 @@ class Cluster:
         done = as_completed(send(ahead), loop=self.client.loop, raise_errors=False)
         try:
             for future in done:
+                if future.status in UNDER_WAY:  # its worker died with the result, which is computed again elsewhere
+                    done.add(future)
+                    continue
                 if future.status != "finished":
                     why = future.exception() if future.status == "error" else future.status
                     raise RunError(
