@@ -11,6 +11,7 @@ def spline_coefficients(values: Floats, axis: int) -> Floats:
 
     Its second derivative is continuous, so that what is looked up changes smoothly from cell to cell. Between two nodes
     it is the sum of four coefficients, from that of the node before, times the uniform B-splines there.
+    SciPy's splines have other knots at the ends, or mirror there; its own are what a test holds these against.
 
     Parameters
     ----------

@@ -68,7 +68,8 @@ class WallTable:
     def added(self, plane: Plane) -> Floats:
         """What the plane adds to the resistance per viscosity, body frame, about the origin (6, 6).
 
-        Bicubic (Catmull-Rom) in tilt and in the logarithm of the gap. A gap below the table's least counts as the
+        Bicubic (Catmull-Rom) in tilt and in the logarithm of the gap: what the splines of runs are held against,
+        see :mod:`helimag.hydrodynamics.boundary.splines`. A gap below the table's least counts as the
         least: lubrication is not resolved. Beyond the largest the addition falls as one over the distance.
         """
         tilt = math.asin(max(-1.0, min(1.0, plane.normal[0])))
