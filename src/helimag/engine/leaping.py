@@ -13,12 +13,12 @@ from helimag.engine.leaps import (
     ORDER,
     Curve,
     ahead,
-    build_follow,
     curve_through,
     difference,
     doubted,
     largest,
     next_turn,
+    remembered,
     top_of,
     weights_at,
 )
@@ -28,7 +28,7 @@ from helimag.engine.progress import Leap, Progress
 from helimag.engine.samples import Record, Schedule
 from helimag.engine.system import System
 from helimag.engine.turn_memory import Memory, Square, slot_of, with_roll
-from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Turn, steps_between_nodes
+from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Shape, Turn, steps_between_nodes
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
 from helimag.physics.magnetics import FieldSource
@@ -402,14 +402,68 @@ def watched(leap: Leap, spin_rate: wp.float64, t: wp.float64, lag: wp.vec2d) -> 
     return after
 
 
+@wp.func
+def steps_for(
+    body: Swimmer, drive: ArmMotion, magnets: wp.array(dtype=FieldSource), control: Control, bounds: Bounds, aim: State
+) -> int:
+    """Steps between two nodes that the turn from ``aim`` needs."""
+    least = int(wp.ceil(wp.pow(FINE_TOLERANCE / control.tolerance, EIGHTH)))
+    return steps_between_nodes(body, drive, magnets, bounds.contact, least, aim)
+
+
+@wp.func
+def asked(
+    body: Swimmer,
+    drive: ArmMotion,
+    magnets: wp.array(dtype=FieldSource),
+    control: Control,
+    bounds: Bounds,
+    schedule: Schedule,
+    memory: Memory,
+    run: int,
+    before: Progress,
+):
+    """The turn that is to be followed next for leaping: progress that aims at it, and steps between two nodes of it.
+
+    No steps where none is to be followed now.
+    """
+    p = before
+    period = TWO_PI / wp.abs(drive.spin_rate)
+    if p.leap.stage == BEGINNING:
+        if room_at(drive, magnets, bounds, p.time, p.state) < LEAST_ROOM:
+            return put_off(p, period), 0
+        p = begun(drive, p)
+    elif p.leap.stage == COLUMNS:
+        p = column_aimed(control, memory, run, p)
+    elif p.leap.stage == GUESSING:
+        p = guessed(schedule, memory, run, period, p)
+        if p.leap.stage == BEGINNING:
+            return p, 0
+    needed = steps_for(body, drive, magnets, control, bounds, p.leap.aim)
+    if needed > FINEST:
+        return given_up(p, LONG_RETRY, period), 0
+    if p.leap.stage != BEGINNING and needed > p.leap.fine:
+        p = given_up(p, ZERO, period)  # to begin again with finer steps
+        p.leap.fine = needed
+        return p, 0
+    p.leap.fine = wp.max(p.leap.fine, needed)
+    fine = p.leap.fine
+    if p.leap.stage == COLUMNS and p.leap.column == 6:
+        fine *= 2
+    return p, fine
+
+
 @cache
-def build_tried(system: System) -> wp.Function:
-    """Make the function that follows one turn of the magnet for leaping, and does with it what comes next."""
-    follow, leapt, around_type = build_follow(system), build_leapt(system), system.medium.surroundings_type
+def build_answered(system: System) -> wp.Function:
+    """Make the function that does with a turn that was followed what comes next."""
+    leapt, around_type = build_leapt(system), system.medium.surroundings_type
     bearable = wp.constant(wp.float64(MISSED if system.medium == OPEN_WATER else MISSED_NEAR_WALLS))
 
     @wp.func
-    def tried(
+    def answered(
+        followed: Turn,
+        shape: Shape,
+        roll: wp.float64,
         body: Swimmer,
         around: around_type,
         drive: ArmMotion,
@@ -423,30 +477,9 @@ def build_tried(system: System) -> wp.Function:
         records: wp.array2d(dtype=Record),
     ) -> Progress:
         p = before
+        turn = followed
         period = TWO_PI / wp.abs(drive.spin_rate)
-        if p.leap.stage == BEGINNING:
-            if room_at(drive, magnets, bounds, p.time, p.state) < LEAST_ROOM:
-                return put_off(p, period)
-            p = begun(drive, p)
-        elif p.leap.stage == COLUMNS:
-            p = column_aimed(control, memory, run, p)
-        elif p.leap.stage == GUESSING:
-            p = guessed(schedule, memory, run, period, p)
-            if p.leap.stage == BEGINNING:
-                return p
-        least = int(wp.ceil(wp.pow(FINE_TOLERANCE / control.tolerance, EIGHTH)))
-        needed = steps_between_nodes(body, drive, magnets, bounds.contact, least, p.leap.aim)
-        if needed > FINEST:
-            return given_up(p, LONG_RETRY, period)
-        if p.leap.stage != BEGINNING and needed > p.leap.fine:
-            p = given_up(p, ZERO, period)  # to begin again with finer steps
-            p.leap.fine = needed
-            return p
-        p.leap.fine = wp.max(p.leap.fine, needed)
-        fine = p.leap.fine
-        if p.leap.stage == COLUMNS and p.leap.column == 6:
-            fine *= 2
-        turn, roll = follow(body, around, drive, magnets, bounds.tail, memory, run, p.leap, fine)
+        remembered(memory, run, p.leap, turn.end, shape)
         p.leap.followed += wp.int64(1)
         if not rolls_along(turn, roll, p.leap):
             turn.cosine = -ONE
@@ -462,4 +495,4 @@ def build_tried(system: System) -> wp.Function:
             p = put_off(p, period)
         return p
 
-    return tried
+    return answered

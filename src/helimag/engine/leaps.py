@@ -19,7 +19,7 @@ from helimag.engine.control import Control
 from helimag.engine.progress import Leap
 from helimag.engine.system import System
 from helimag.engine.turn_memory import SLOTS, Memory, Square, Weights, slot_of, store_shape
-from helimag.engine.turns import build_turn
+from helimag.engine.turns import Shape, build_turn
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized
 from helimag.physics.magnetics import FieldSource
@@ -130,9 +130,16 @@ def difference(control: Control, column: int) -> wp.float64:
     return DIFFERENCE
 
 
+@wp.func
+def spin_at(drive: ArmMotion, t: wp.float64) -> wp.vec2d:
+    """Cosine and sine of the magnet's spin at ``t`` (s)."""
+    angle = drive.spin_rate * t
+    return wp.vec2d(wp.cos(angle), wp.sin(angle))
+
+
 @cache
 def build_follow(system: System) -> wp.Function:
-    """Make the function that follows the turn that a leap aims at and remembers it as the newest."""
+    """Make the function that follows the turn that a leap aims at."""
     turn, around_type = build_turn(system), system.medium.surroundings_type
 
     @wp.func
@@ -142,19 +149,19 @@ def build_follow(system: System) -> wp.Function:
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
-        memory: Memory,
-        run: int,
         leap: Leap,
         fine: int,
     ):
-        angle = drive.spin_rate * leap.origin
-        spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        result, shape, roll = turn(body, around, drive, magnets, tail, spin, fine, leap.aim)
-        slot = slot_of(leap.pushes)
-        memory.numbers[run, slot] = leap.aim_number
-        memory.places[run, slot] = leap.aim
-        memory.ends[run, slot] = result.end
-        store_shape(memory, run, slot, shape, normalized(leap.aim), result.end)
-        return result, roll
+        return turn(body, around, drive, magnets, tail, spin_at(drive, leap.origin), fine, leap.aim)
 
     return follow
+
+
+@wp.func
+def remembered(memory: Memory, run: int, leap: Leap, end: State, shape: Shape):
+    """Keep the turn that a leap aimed at as the newest."""
+    slot = slot_of(leap.pushes)
+    memory.numbers[run, slot] = leap.aim_number
+    memory.places[run, slot] = leap.aim
+    memory.ends[run, slot] = end
+    store_shape(memory, run, slot, shape, normalized(leap.aim), end)

@@ -146,29 +146,26 @@ def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d
 
 
 def _leaping_parts(system: System) -> tuple[wp.Function, wp.Function]:
-    """What follows turns of the magnet, and what keeps leaps from beginning too early: imported where runs leap."""
-    from helimag.engine.leaping import build_tried, watched
+    """What asks for turns of the magnet, and what keeps leaps from beginning too early: imported where runs leap."""
+    from helimag.engine.leaping import asked, watched
 
-    return build_tried(clear_of_walls(system)), watched
-
-
-def build_advance(system: System, method: Method) -> wp.Kernel:
-    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to.
-
-    Methods that differ in their names alone have one kernel, such as direct steps and leaps where those do not hold.
-    """
-    return _advance(system, replace(method, name="", leaps=method.leaps and leaps_hold(system)))
+    return asked, watched
 
 
 @cache
-def _advance(system: System, method: Method) -> wp.Kernel:
-    """Steps are noted in place: a function of the whole progress would copy it at each, some percent of the time."""
-    attempt, looked, leaping = build_attempt(system, method), build_looked(system), method.leaps
-    tried, watched = _leaping_parts(system) if leaping else (None, None)
-    beyond, touched = system.medium.beyond, system.medium.touched
+def build_until(system: System, method: Method) -> wp.Function:
+    """Make the function that lets a run try up to ``left`` steps, and records the samples it comes to.
 
-    @wp.kernel(enable_backward=False, module="unique")
-    def advance(
+    It ends early where a turn of the magnet is to be followed for leaping. It returns how many steps are left, and
+    steps between two nodes of that turn; none where there is none. Steps are noted in place: a function of the whole
+    progress would copy it at each, some percent of the time.
+    """
+    attempt, looked, leaping = build_attempt(system, method), build_looked(system), method.leaps
+    asked, watched = _leaping_parts(system) if leaping else (None, None)
+    touched = system.medium.touched
+
+    @wp.func
+    def until(
         bodies: wp.array(dtype=Swimmer),
         surroundings: wp.array(dtype=system.medium.surroundings_type),
         drives: wp.array(dtype=system.drive_type),
@@ -176,27 +173,28 @@ def _advance(system: System, method: Method) -> wp.Kernel:
         controls: wp.array(dtype=Control),
         bounds: wp.array(dtype=Bounds),
         schedules: wp.array(dtype=Schedule),
-        budget: int,
         progress: wp.array(dtype=Progress),
         records: wp.array2d(dtype=Record),
         memory: Memory,
+        run: int,
+        most: int,
     ):
-        run = wp.tid()
         p = progress[run]
         body, around, drive, rpm = bodies[run], surroundings[run], drives[run], magnets[run]
-        control, bound, schedule, left = controls[run], bounds[run], schedules[run], int(budget)
+        control, bound, schedule, left, fine = controls[run], bounds[run], schedules[run], int(most), int(0)
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         here, k0 = looked(body, around, sheets, drive, rpm, p)
         p.statistics = begun(p.statistics, p.sample, p.time, p.state)
-        while left > 0 and p.status == RUNNING:
+        if p.time >= sample_time(schedule, p.sample):
+            p = recorded(p, schedule, run, records)
+        while left > 0 and p.status == RUNNING and fine == 0:
             if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
                 if p.time >= p.leap.ready:
-                    p = tried(body, beyond(around), drive, rpm, control, bound, schedule, memory, run, p, records)
-                    here, k0 = looked(body, around, sheets, drive, rpm, p)
+                    p, fine = asked(body, drive, rpm, control, bound, schedule, memory, run, p)
                     left -= NODES
             end = sample_time(schedule, p.sample)
             climb = k0[2]
-            if p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
+            if fine == 0 and p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
                 outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
                     body, around, sheets, here, drive, rpm, control, bound, end, p.time, p.step, p.state, p.middle, k0
                 )
@@ -216,8 +214,88 @@ def _advance(system: System, method: Method) -> wp.Kernel:
                 elif outcome == REJECTED:
                     p.rejected += wp.int64(1)
                 left -= 1
-            if p.time >= end or p.status != RUNNING:
-                p = recorded(p, schedule, run, records)
+                if p.time >= end or p.status != RUNNING:
+                    p = recorded(p, schedule, run, records)
         progress[run] = p
+        return left, fine
+
+    return until
+
+
+def build_advance(system: System, method: Method) -> wp.Kernel:
+    """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to.
+
+    Methods that differ in their names alone have one kernel, such as direct steps and leaps where those do not hold.
+    """
+    return _advance(system, replace(method, name="", leaps=method.leaps and leaps_hold(system)))
+
+
+def _turn_parts(system: System) -> tuple[wp.Function, wp.Function]:
+    """What follows a turn of the magnet, and what does with it what comes next: imported where runs leap."""
+    from helimag.engine.leaping import build_answered
+    from helimag.engine.leaps import build_follow
+
+    clear = clear_of_walls(system)
+    return build_follow(clear), build_answered(clear)
+
+
+@cache
+def _advance(system: System, method: Method) -> wp.Kernel:
+    until, leaping, beyond = build_until(system, method), method.leaps, system.medium.beyond
+    follow, answered = _turn_parts(system) if leaping else (None, None)
+
+    @wp.kernel(enable_backward=False, module="unique")
+    def advance(
+        bodies: wp.array(dtype=Swimmer),
+        surroundings: wp.array(dtype=system.medium.surroundings_type),
+        drives: wp.array(dtype=system.drive_type),
+        magnets: wp.array2d(dtype=FieldSource),
+        controls: wp.array(dtype=Control),
+        bounds: wp.array(dtype=Bounds),
+        schedules: wp.array(dtype=Schedule),
+        budget: int,
+        progress: wp.array(dtype=Progress),
+        records: wp.array2d(dtype=Record),
+        memory: Memory,
+    ):
+        run = wp.tid()
+        left = int(budget)
+        while left > 0 and progress[run].status == RUNNING:
+            left, fine = until(
+                bodies,
+                surroundings,
+                drives,
+                magnets,
+                controls,
+                bounds,
+                schedules,
+                progress,
+                records,
+                memory,
+                run,
+                left,
+            )
+            if wp.static(leaping):  # noqa: SIM102 - likewise
+                if fine > 0:
+                    p = progress[run]
+                    body, around, drive, rpm = bodies[run], beyond(surroundings[run]), drives[run], magnets[run]
+                    bound = bounds[run]
+                    turn, shape, roll = follow(body, around, drive, rpm, bound.tail, p.leap, fine)
+                    progress[run] = answered(
+                        turn,
+                        shape,
+                        roll,
+                        body,
+                        around,
+                        drive,
+                        rpm,
+                        controls[run],
+                        bound,
+                        schedules[run],
+                        memory,
+                        run,
+                        p,
+                        records,
+                    )
 
     return advance

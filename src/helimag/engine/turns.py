@@ -290,8 +290,8 @@ def build_turn(system: System) -> wp.Function:
                 spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
                 k0, lag = rates(body, here, drive, magnets, spin, state)
                 result.cosine = wp.min(result.cosine, lag[0] / wp.max(wp.length(lag), TINY))
-            if node == 0 and about_axis(begin, state) < ZERO:
-                roll = -ONE
+            if node == 0:
+                roll = wp.where(about_axis(begin, state) < ZERO, -ONE, ONE)
             half = spin_ahead(half, HALF_COSINE, HALF_SINE)
             seen = rolled(state, half[0], -roll * half[1])
             moved = wp.max(
