@@ -111,6 +111,14 @@ class Batch:
         self.scenarios = scenarios
         self._device = settings.device
         self._kernel = build_advance(system, settings.method)
+        import os
+        from dataclasses import replace as rp
+        self._ab = bool(os.environ.get("ABREAST")) and settings.method.leaps and len(scenarios) > 1
+        if self._ab:
+            from helimag.engine.abreast import build_advance_abreast, Waiting, Followed
+            self._kernel = build_advance_abreast(system, rp(settings.method, name=""))
+            n=len(scenarios)
+            self._work=[wp.zeros(n,dtype=Waiting,device="cpu"),wp.zeros(n,dtype=Followed,device="cpu"),wp.zeros(8,dtype=wp.int32,device="cpu")]
         self._begun = time.perf_counter()
         inputs = (
             (pack_magnets(scenarios), FieldSource),
@@ -157,7 +165,9 @@ class Batch:
         """Let each run try up to ``budget`` steps; how long that took (s)."""
         begun = time.perf_counter()
         inputs = [*self._inputs, budget, self._progress, self._records, self._memory]
-        wp.launch(self._kernel, dim=len(self.scenarios), inputs=inputs, device=self._device)
+        if self._ab:
+            inputs += self._work
+        wp.launch(self._kernel, dim=1 if self._ab else len(self.scenarios), inputs=inputs, device=self._device)
         if self._leaps:
             self._memories = self._remembered()
         self._stand = self._read_progress().copy()

@@ -29,6 +29,10 @@ auto each_length = [](const auto& a) {{ return __builtin_elementwise_sqrt(wp::do
 auto each_dot = [](const auto& a, const auto& b) {{ return wp::dot(a, b); }};
 auto each_transpose = [](const auto& a) {{ return wp::transpose(a); }};
 auto each_zeros = [] {{ return 0; }};
+auto times = [](auto a, auto b) {{
+    if constexpr (__is_class(decltype(a)) || __is_class(decltype(b))) return wp::mul(a, b);
+    else return a * b;
+}};
 """
 EACH = ("sqrt", "abs", "min", "max", "sign", "where", "cos", "sin", "length", "dot", "transpose", "zeros")
 OPERATORS: Mapping[type, str] = {
@@ -157,7 +161,7 @@ class _Writer:
             case ast.For():
                 return self._loop(node)
             case ast.If(test=test, body=body, orelse=[]):
-                return f"if ({self._value(test)}) {{\n{self._block(body)}\n}}"
+                return f"if {self._value(test)} {{\n{self._block(body)}\n}}"
             case ast.Return(value=ast.Tuple(elts=values)):
                 found = " ".join(f"auto v{i} = {self._value(value)};" for i, value in enumerate(values))
                 kept = " ".join(f"decltype(v{i}) r{i};" for i in range(len(values)))
@@ -217,6 +221,8 @@ class _Writer:
                 return f"{self._value(value)}[{self._value(at)}]"
             case ast.UnaryOp(op=op, operand=value):
                 return f"({OPERATORS[type(op)]}{self._value(value)})"
+            case ast.BinOp(left=left, op=ast.Mult(), right=right):
+                return f"times({self._value(left)}, {self._value(right)})"
             case ast.BinOp(left=left, op=op, right=right) | ast.Compare(left=left, ops=[op], comparators=[right]):
                 return f"({self._value(left)} {OPERATORS[type(op)]} {self._value(right)})"
             case ast.Call(func=ast.Attribute(value=ast.Name(id="wp"), attr=name), args=given) if name in EACH:
@@ -231,7 +237,7 @@ class _Writer:
         if isinstance(called, wp.Function):
             return f"{self._translation.function(called)}({', '.join(values)})"
         if called is int:
-            return f"int({values[0]})"
+            return values[0]
         if called is wp.float64:
             return f"Lanes(double({values[0]}))"
         kind, filled = self._translation.structure(called), ", ".join(values)
