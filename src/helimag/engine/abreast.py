@@ -8,6 +8,7 @@ from functools import cache
 
 import warp as wp
 
+from helimag.engine.batch import MOST_MAGNETS_ABREAST
 from helimag.engine.control import Control
 from helimag.engine.events import Bounds
 from helimag.engine.lanes import LANES, Translation, numbers_in
@@ -26,7 +27,6 @@ from helimag.physics.magnetics import FieldSource
 
 WIDTH = wp.constant(LANES)
 MOST_STEPS = wp.constant(2 * FINEST)  # between two nodes of a turn
-MOST_MAGNETS = 4  # of a run whose turns are followed beside others
 
 
 @wp.struct
@@ -49,6 +49,12 @@ class Followed:
     roll: wp.float64
 
 
+def room(runs: int) -> list[wp.array]:
+    """Room for what the kernel keeps of each run between a turn's start and its end, and for who is in which lane."""
+    kinds = ((runs, Waiting), (runs, Followed), (LANES, wp.int32))
+    return [wp.zeros(count, dtype=kind, device="cpu") for count, kind in kinds]
+
+
 def _gathered(name: str, kind: object, array: str, at: str) -> str:
     """C++ that puts the numbers of a structure of eight runs into lanes."""
     lines = [
@@ -67,7 +73,7 @@ def build_turns_abreast(system: System) -> wp.Function:
     swimmer, motion, source, asked, result, around = (said.structure(kind) for kind in kinds)
     scattered = " ".join(f"one{path} = all{path}[l];" for path, _ in numbers_in(Followed))
     snippet = f"""{said.text}
-struct Sources {{ int shape[1]; {source} at[{MOST_MAGNETS}]; const {source}& operator[](int j) const {{ return at[j]; }} }};
+struct Sources {{ int shape[1]; {source} at[{MOST_MAGNETS_ABREAST}]; const {source}& operator[](int j) const {{ return at[j]; }} }};
 {swimmer} body; {motion} drive; {asked} asked; {around} around; Sources rpm;
 rpm.shape[0] = magnets.shape[1];
 for (int l = 0; l < {LANES}; ++l) {{
@@ -82,7 +88,6 @@ const auto found = {turn}(body, around, drive, rpm, asked.tail, asked.spin, fine
 const {result} all{{found.r0, found.r1, found.r2}};
 for (int l = 0; l < {LANES}; ++l) {{ auto& one = followed.data[lanes.data[l]]; {scattered} }}
 """
-    open("/tmp/hm/lanes/snippet.cpp", "w").write(snippet)
 
     @wp.func_native(snippet)
     def turns_abreast(

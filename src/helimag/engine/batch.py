@@ -20,7 +20,8 @@ from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
 from helimag.engine.progress import Progress
 from helimag.engine.samples import Record, Schedule, pack_schedules, sample_times
 from helimag.engine.structures import reader, structs
-from helimag.engine.system import System, frame_moves
+from helimag.engine.medium import OPEN_WATER
+from helimag.engine.system import System, clear_of_walls, frame_moves, leaps_hold
 from helimag.engine.turn_memory import memory_reader, pack_memory
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer
@@ -31,6 +32,7 @@ Floats = NDArray[np.float64]
 
 TOLERANCE = 3e-7  # of one step; positions are then within 1e-8 m after 100 s on the reference runs
 FIRST_STEP = 1e-3  # of a turn of the magnet
+MOST_MAGNETS_ABREAST = 4
 FEWEST_TURNS = 36.0  # of a run that leaps: in fewer the turns followed cost more than they save, by benchmarks/leaps.py
 
 
@@ -51,6 +53,13 @@ class Stepping:
     method: Method = MULTIREVOLUTION
     tolerance: float = TOLERANCE
     device: str = "cpu"
+
+
+def _room_abreast(runs: int) -> list[wp.array]:
+    """What the kernel for runs abreast writes on."""
+    from helimag.engine.abreast import room
+
+    return room(runs)
 
 
 def started(system: System, scenarios: Sequence[Scenario], states: Floats) -> NDArray[np.void]:
@@ -82,6 +91,24 @@ def first_leap(system: System, drive: Drive) -> float:
     return 1.0 / abs(drive.frequency) if frame_moves(system, drive) else math.inf
 
 
+def goes_abreast(system: System, scenarios: Sequence[Scenario], settings: Stepping) -> bool:
+    """Whether turns are followed for several runs at once: on a CPU, clear of walls, with magnets cut alike."""
+    leaps = settings.method.leaps and leaps_hold(system) and clear_of_walls(system).medium == OPEN_WATER
+    if not leaps or settings.device != "cpu" or len(scenarios) == 1:
+        return False
+    slices = pack_magnets(scenarios)["slices"]
+    return slices.shape[1] <= MOST_MAGNETS_ABREAST and not np.ptp(slices, axis=0).any()
+
+
+def build_kernel(system: System, method: Method, abreast: bool) -> wp.Kernel:
+    """Make the kernel that takes runs their way: each by itself, or abreast."""
+    if not abreast:
+        return build_advance(system, method)
+    from helimag.engine.abreast import build_advance_abreast
+
+    return build_advance_abreast(system, replace(method, name=""))
+
+
 class Batch:
     """A few runs that are advanced together.
 
@@ -110,15 +137,8 @@ class Batch:
     ) -> None:
         self.scenarios = scenarios
         self._device = settings.device
-        self._kernel = build_advance(system, settings.method)
-        import os
-        from dataclasses import replace as rp
-        self._ab = bool(os.environ.get("ABREAST")) and settings.method.leaps and len(scenarios) > 1
-        if self._ab:
-            from helimag.engine.abreast import build_advance_abreast, Waiting, Followed
-            self._kernel = build_advance_abreast(system, rp(settings.method, name=""))
-            n=len(scenarios)
-            self._work=[wp.zeros(n,dtype=Waiting,device="cpu"),wp.zeros(n,dtype=Followed,device="cpu"),wp.zeros(8,dtype=wp.int32,device="cpu")]
+        abreast = goes_abreast(system, scenarios, settings)
+        self._kernel = build_kernel(system, settings.method, abreast)
         self._begun = time.perf_counter()
         inputs = (
             (pack_magnets(scenarios), FieldSource),
@@ -147,6 +167,7 @@ class Batch:
         self._leaps = settings.method.leaps
         self._memory = pack_memory(kept if self._leaps else (), settings.device)
         self._remembered = memory_reader(self._memory)
+        self._threads, self._room = (1, _room_abreast(len(scenarios))) if abreast else (len(scenarios), [])
         self._memories = list(kept)  # as of the last launch, likewise
         self._stand = progress.copy()  # as of the last launch; replaced as a whole, so that other threads may read it
 
@@ -164,10 +185,8 @@ class Batch:
     def launch(self, budget: int) -> float:
         """Let each run try up to ``budget`` steps; how long that took (s)."""
         begun = time.perf_counter()
-        inputs = [*self._inputs, budget, self._progress, self._records, self._memory]
-        if self._ab:
-            inputs += self._work
-        wp.launch(self._kernel, dim=1 if self._ab else len(self.scenarios), inputs=inputs, device=self._device)
+        inputs = [*self._inputs, budget, self._progress, self._records, self._memory, *self._room]
+        wp.launch(self._kernel, dim=self._threads, inputs=inputs, device=self._device)
         if self._leaps:
             self._memories = self._remembered()
         self._stand = self._read_progress().copy()

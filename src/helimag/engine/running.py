@@ -13,10 +13,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.batch import TOLERANCE, Batch, Stepping, method_for, started
+from helimag.engine.batch import TOLERANCE, Batch, Stepping, build_kernel, goes_abreast, method_for, started
 from helimag.engine.history import History
 from helimag.engine.kernels import check_device, ready
-from helimag.engine.loop import build_advance
 from helimag.engine.methods import MULTIREVOLUTION, Method
 from helimag.engine.packing import pack_bodies
 from helimag.engine.start import start_state
@@ -29,7 +28,7 @@ Floats = NDArray[np.float64]
 LAUNCH_SECONDS = 0.1  # how long a launch may take before the host gets a word in
 FIRST_BUDGET = 128_000  # steps of a first launch, all runs together
 MOST_FIRST_STEPS = 1000  # of one run
-RUNS_PER_BATCH = 8
+MOST_RUNS_PER_BATCH = 16  # of long runs: twice what a vector register holds, so that it is full most often
 SHORT_RUNS_PER_BATCH = 512  # at most: what a batch costs by itself would be most of a few short runs' time
 SHORT = 100.0  # turns of the magnet
 LOG = logging.getLogger(__name__)
@@ -48,6 +47,10 @@ class _Job:
     records: list[NDArray[np.void]]
     memories: list[dict[str, Floats]]
     batch: Batch | None = None
+
+    def abreast(self, settings: Stepping) -> bool:
+        """Whether turns are followed for several of its runs at once."""
+        return goes_abreast(self.system, self.scenarios, replace(settings, method=self.method))
 
     def advance(self, settings: Stepping, stop: threading.Event) -> None:
         """Take the runs to their ends, or to where they are when told to stop."""
@@ -139,12 +142,13 @@ def advancing(
     jobs = _jobs(scenarios, kinds, states, _checked_histories(scenarios, after), size)
     for job in jobs:
         job.system.medium.pack(job.scenarios, device)  # tables are made here, where Ctrl-C is heard, and kept
-    for of, steps in {(job.system, job.method): None for job in jobs}:
-        ready(partial(build_advance, of, steps), device)
+    settings = Stepping(method, tolerance, device)
+    for kernel in {(job.system, job.method, job.abreast(settings)): None for job in jobs}:
+        ready(partial(build_kernel, *kernel), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
     told = "1 run" if len(scenarios) == 1 else f"{len(scenarios)} runs"
     LOG.info("%s of %.6g s in all by the method '%s' on %s, %d threads", told, total, method.name, device, workers)
-    return _watched(Underway(total, jobs), jobs, Stepping(method, tolerance, device), workers)
+    return _watched(Underway(total, jobs), jobs, settings, workers)
 
 
 def _watched(underway: Underway, jobs: list[_Job], settings: Stepping, workers: int) -> Iterator[Underway]:
@@ -241,9 +245,8 @@ def _jobs(
 def _batch_size(scenarios: Sequence[Scenario], workers: int) -> int:
     """How many runs a launch takes on a CPU, so that there are some for each worker; results do not depend on it."""
     turns = math.fsum(abs(scenario.drive.frequency) * scenario.run.duration for scenario in scenarios)
-    if turns >= SHORT * len(scenarios):
-        return RUNS_PER_BATCH
-    return min(SHORT_RUNS_PER_BATCH, math.ceil(len(scenarios) / workers))
+    most = MOST_RUNS_PER_BATCH if turns >= SHORT * len(scenarios) else SHORT_RUNS_PER_BATCH
+    return min(most, math.ceil(len(scenarios) / workers))
 
 
 def _checked_states(scenarios: Sequence[Scenario], given: Floats | None) -> Floats:
