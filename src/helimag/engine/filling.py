@@ -5,8 +5,7 @@ from functools import cache
 
 import warp as wp
 
-from helimag.engine.charts import from_chart, to_chart
-from helimag.engine.leaps import Curve, next_turn, weights_at
+from helimag.engine.charts import from_chart
 from helimag.engine.moving import to_lab
 from helimag.engine.progress import Progress
 from helimag.engine.samples import (
@@ -27,6 +26,7 @@ from helimag.engine.turn_memory import (
     attacks_between,
     heights_between,
     node_between,
+    slot_of,
     with_roll,
 )
 from helimag.engine.turns import NODES, build_part_turn
@@ -148,7 +148,7 @@ def build_turn_filled(system: System) -> wp.Function:
 
 @cache
 def build_filled(system: System) -> wp.Function:
-    """Make the function that records the samples due in a leap from ``begin``, moving frame."""
+    """Make the function that records the samples due in a leap, whose way is remembered."""
     turn_filled, around_type = build_turn_filled(system), system.medium.surroundings_type
 
     @wp.func
@@ -161,21 +161,15 @@ def build_filled(system: System) -> wp.Function:
         memory: Memory,
         run: int,
         first: int,
-        curve: Curve,
-        begin: State,
+        count: int,
         before: Progress,
         records: wp.array2d(dtype=Record),
     ) -> Progress:
         p = before
         reference = before.leap.reference
-        y = to_chart(reference, begin)
-        state = begin
-        jacobian = memory.jacobians[run]
+        state = memory.places[run, slot_of(before.leap.pushes - 1)]
         for j in range(p.leap.turns_aimed):
-            number = p.leap.number + wp.float64(j)
-            weights = weights_at(curve, number)
-            y = next_turn(jacobian, curve, weights, y)
-            following = from_chart(reference, y)
+            following = from_chart(reference, memory.path[run, j])
             p = turn_filled(
                 body,
                 around,
@@ -185,9 +179,9 @@ def build_filled(system: System) -> wp.Function:
                 memory,
                 run,
                 first,
-                curve.count,
-                weights,
-                number,
+                count,
+                memory.weights[run, j],
+                p.leap.number + wp.float64(j),
                 state,
                 following,
                 p,

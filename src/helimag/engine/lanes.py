@@ -29,6 +29,7 @@ auto each_length = [](const auto& a) {{ return __builtin_elementwise_sqrt(wp::do
 auto each_dot = [](const auto& a, const auto& b) {{ return wp::dot(a, b); }};
 auto each_transpose = [](const auto& a) {{ return wp::transpose(a); }};
 auto each_zeros = [] {{ return 0; }};
+auto number = [](auto x) {{ if constexpr (__is_same(decltype(x), Lanes)) return x; else return Lanes(double(x)); }};
 auto times = [](auto a, auto b) {{
     if constexpr (__is_class(decltype(a)) || __is_class(decltype(b))) return wp::mul(a, b);
     else return a * b;
@@ -239,7 +240,7 @@ class _Writer:
         if called is int:
             return values[0]
         if called is wp.float64:
-            return f"Lanes(double({values[0]}))"
+            return f"number({values[0]})"
         kind, filled = self._translation.structure(called), ", ".join(values)
         few = shape_of(called)[:1] < (5,)  # those have a constructor of their own
         return f"{kind}({filled})" if few and values else f"{kind}({{{filled}}})" if values else f"{kind}{{}}"

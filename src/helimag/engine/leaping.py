@@ -27,7 +27,7 @@ from helimag.engine.moving import to_lab, to_moving
 from helimag.engine.progress import Leap, Progress
 from helimag.engine.samples import Record, Schedule
 from helimag.engine.system import System
-from helimag.engine.turn_memory import Memory, Square, slot_of, with_roll
+from helimag.engine.turn_memory import MOST_TURNS, SLOTS, Memory, chart_turn, slot_of, with_roll
 from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Shape, Turn, steps_between_nodes
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
@@ -41,8 +41,8 @@ SHRINK = wp.constant(wp.float64(0.2))
 LEAST_ERROR = wp.constant(wp.float64(1e-8))
 MISSED = 0.05  # of the tolerance, for what steps of a turn may miss: it changes unseen
 MISSED_NEAR_WALLS = 0.1  # there half of it would ask most runs for twice the steps; random_runs.py --walls
+MOST_LEAP = wp.constant(MOST_TURNS)
 OLD = wp.constant(30)  # leaps after which the Jacobian is worked out again
-MOST_TURNS = wp.constant(100)  # of a leap
 FIRST_LOOK = wp.constant(0)  # turn of a leap after which room is looked at
 TRIAL = wp.constant(14)  # leaps after which they must be worth while
 WORTH = wp.constant(2)  # turns that they must be long by then
@@ -111,7 +111,7 @@ def stride_after(stride: int, error: wp.float64, order: int) -> int:
         return wp.max(1, wp.min(stride - 1, int(wp.float64(stride) * wp.max(factor, SHRINK))))
     wanted = wp.float64(stride) * wp.min(factor, GROWTH)
     if wanted > wp.float64(stride):
-        return wp.min(MOST_TURNS, int(wanted + wp.float64(0.5)))
+        return wp.min(MOST_LEAP, int(wanted + wp.float64(0.5)))
     return wp.max(1, wp.min(stride, int(wanted) + 1))
 
 
@@ -126,36 +126,41 @@ class Way:
 
 @wp.func
 def way_of(
-    jacobian: Square,
+    memory: Memory,
+    run: int,
     curve: Curve,
     drive: ArmMotion,
     magnets: wp.array(dtype=FieldSource),
     bounds: Bounds,
-    origin: wp.float64,
-    period: wp.float64,
-    number: wp.float64,
-    turns: int,
+    leap: Leap,
     keep: wp.float64,
-    reference: State,
     begin: Place,
 ) -> Way:
-    """Where the cheap map leads from ``begin``, what is doubtful about it, and how much room there is on the way."""
+    """Where the cheap map leads from ``begin``, what is doubtful about it, and how much room there is on the way.
+
+    The way is remembered, turn by turn.
+    """
     way = Way()
     way.end = begin
     way.room = ONE
     top = top_of(curve)
+    jacobian = memory.jacobians[run]
+    period = TWO_PI / wp.abs(drive.spin_rate)
     # no turn goes farther than a third of what is to be kept: where there is room, some need no look
     look = int(FIRST_LOOK)
-    for j in range(turns):
-        at = number + wp.float64(j)
-        way.end = next_turn(jacobian, curve, weights_at(curve, at), way.end)
-        way.error = doubted(jacobian, curve, top, at, way.error)
+    for j in range(leap.turns_aimed):
+        at = leap.number + wp.float64(j)
+        weights = weights_at(curve, at)
+        way.end = next_turn(jacobian, curve, weights, way.end)
+        way.error = doubted(jacobian, top, weights, way.error)
+        memory.path[run, j] = way.end
+        memory.weights[run, j] = weights
         if j >= look:
-            t = origin + (at + ONE) * period
-            state = to_lab(drive, t, from_chart(reference, way.end))
+            t = leap.origin + (at + ONE) * period
+            state = to_lab(drive, t, from_chart(leap.reference, way.end))
             room = room_at(drive, magnets, bounds, t, state) - keep
             way.room = wp.min(way.room, room)
-            look = j + 1 + int(wp.clamp(room / keep, ZERO, wp.float64(MOST_TURNS)))
+            look = j + 1 + int(wp.clamp(room / keep, ZERO, wp.float64(MOST_LEAP)))
     return way
 
 
@@ -189,15 +194,15 @@ def guessed(schedule: Schedule, memory: Memory, run: int, period: wp.float64, be
     """A leap begun: a guess where it leads, from where the turn is to be followed; given up where the run is over."""
     p = before
     rest = (schedule.duration * BEFORE_END - p.time) / period
-    turns = wp.min(p.leap.stride, int(wp.min(rest, wp.float64(MOST_TURNS))))
+    turns = wp.min(p.leap.stride, int(wp.min(rest, wp.float64(MOST_LEAP))))
     if turns < 1:
         p.leap.stage = BEGINNING
         p.leap.ready = schedule.duration + period
     else:
         known = wp.min(p.leap.known, ORDER)
         reference = p.leap.reference
-        curve = curve_through(memory, run, reference, p.leap.miss, p.leap.pushes - known, known)
-        y = to_chart(reference, memory.places[run, slot_of(p.leap.pushes - 1)])
+        curve = curve_through(memory, run, p.leap.pushes - known, known)
+        y = memory.begins[run, slot_of(p.leap.pushes - 1)]
         p.leap.turns_aimed = turns
         p.leap.aim_number = p.leap.number + wp.float64(turns)
         p.leap.aim = from_chart(reference, ahead(memory.jacobians[run], curve, p.leap.number, turns, y))
@@ -282,6 +287,8 @@ def column_followed(
     change = to_chart(p.leap.reference, turn.end) - to_chart(p.leap.reference, memory.ends[run, now])
     if p.leap.column == 6:
         p = miss_followed(change, bearable, control, period, p)
+        for i in range(wp.min(p.leap.known, SLOTS)):
+            chart_turn(memory, run, slot_of(p.leap.pushes - 1 - i), p.leap.reference, p.leap.miss)
     else:
         slope = change / difference(control, p.leap.column)
         jacobian = memory.jacobians[run]
@@ -309,31 +316,17 @@ def guess_followed(
     p = before
     known = wp.min(p.leap.known, ORDER)
     turns = p.leap.turns_aimed
-    reference = p.leap.reference
-    curve = curve_through(memory, run, reference, p.leap.miss, p.leap.pushes - known, known + 1)
-    begin = memory.places[run, slot_of(p.leap.pushes - 1)]
-    keep = room_needed(turn, drive, bounds, period, begin)
-    way = way_of(
-        memory.jacobians[run],
-        curve,
-        drive,
-        magnets,
-        bounds,
-        p.leap.origin,
-        period,
-        p.leap.number,
-        turns,
-        keep,
-        reference,
-        to_chart(reference, begin),
-    )
+    curve = curve_through(memory, run, p.leap.pushes - known, known + 1)
+    now = slot_of(p.leap.pushes - 1)
+    keep = room_needed(turn, drive, bounds, period, memory.places[run, now])
+    way = way_of(memory, run, curve, drive, magnets, bounds, p.leap, keep, memory.begins[run, now])
     # a polynomial through few turns says less of what lies between them than its end tells
     few = wp.float64(known + 1) / wp.float64(ORDER + 1)
     p.leap.error = largest(way.error, control) / (SHARE * few * few * control.tolerance)
     near = p.leap.error <= ONE or turns == 1  # one turn was followed from where it begins
     if near and turn.cosine > IN_STEP and way.room > ZERO:
         p.leap.stage = CORRECTING
-        p.leap.aim = from_chart(reference, way.end)
+        p.leap.aim = from_chart(p.leap.reference, way.end)
     elif turns == 1:
         p = put_off(p, period)
     elif near:
@@ -364,9 +357,7 @@ def build_leapt(system: System) -> wp.Function:
         period = TWO_PI / wp.abs(drive.spin_rate)
         known = wp.min(before.leap.known, ORDER)
         first = before.leap.pushes - known
-        y = memory.places[run, slot_of(before.leap.pushes - 1)]
-        curve = curve_through(memory, run, before.leap.reference, before.leap.miss, first, known + 1)
-        p = filled(body, around, drive, magnets, schedule, memory, run, first, curve, y, before, records)
+        p = filled(body, around, drive, magnets, schedule, memory, run, first, known + 1, before, records)
         p.leap.number = p.leap.aim_number
         p.leap.pushes += 1
         p.leap.known += 1

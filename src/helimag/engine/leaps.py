@@ -14,11 +14,11 @@ from functools import cache
 
 import warp as wp
 
-from helimag.engine.charts import Place, to_chart
+from helimag.engine.charts import Place
 from helimag.engine.control import Control
 from helimag.engine.progress import Leap
 from helimag.engine.system import System
-from helimag.engine.turn_memory import SLOTS, Memory, Square, Weights, slot_of, store_shape
+from helimag.engine.turn_memory import SLOTS, Memory, Square, Weights, chart_turn, slot_of, store_shape
 from helimag.engine.turns import Shape, build_turn
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized
@@ -43,40 +43,43 @@ class Curve:
 
 
 @wp.func
-def curve_through(memory: Memory, run: int, reference: State, miss: Place, first: int, count: int) -> Curve:
+def curve_through(memory: Memory, run: int, first: int, count: int) -> Curve:
     """The polynomial through ``count`` turns from push number ``first`` on."""
     curve = Curve()
     curve.count = count
-    jacobian = memory.jacobians[run]
-    for i in range(count):
-        slot = slot_of(first + i)
-        curve.numbers[i] = memory.numbers[run, slot]
-        begin = to_chart(reference, memory.places[run, slot])
-        residual = to_chart(reference, memory.ends[run, slot]) - begin - jacobian * begin + miss
-        for c in range(6):
-            curve.residuals[c, i] = residual[c]
-    for i in range(count):
+    for i in range(SLOTS):
+        if i < count:
+            slot = slot_of(first + i)
+            curve.numbers[i] = memory.numbers[run, slot]
+            residual = memory.residuals[run, slot]
+            for c in range(6):
+                curve.residuals[c, i] = residual[c]
+    for i in range(SLOTS):
         product = ONE
-        for other in range(count):
-            if other != i:
-                product *= curve.numbers[i] - curve.numbers[other]
-        curve.divisors[i] = ONE / product
+        for other in range(SLOTS):
+            if i != other:
+                product *= wp.where(other < count, curve.numbers[i] - curve.numbers[other], ONE)
+        curve.divisors[i] = wp.where(i < count, ONE / product, ZERO)
     return curve
 
 
 @wp.func
 def weights_at(curve: Curve, number: wp.float64) -> Weights:
-    """What each of the curve's turns counts at turn ``number``: Lagrange's polynomials."""
+    """What each of the curve's turns counts at turn ``number``: Lagrange's polynomials.
+
+    Loops of one length for curves of any, so that a compiler writes them out; where there is no turn they multiply by
+    one.
+    """
     weights = Weights()
-    before = ONE
-    for i in range(curve.count):
+    before = wp.float64(1.0)
+    for i in range(SLOTS):
         weights[i] = before * curve.divisors[i]
-        before *= number - curve.numbers[i]
-    after = ONE
-    for k in range(curve.count):
-        i = curve.count - 1 - k
+        before *= wp.where(i < curve.count, number - curve.numbers[i], ONE)
+    after = wp.float64(1.0)
+    for k in range(SLOTS):
+        i = SLOTS - 1 - k
         weights[i] *= after
-        after *= number - curve.numbers[i]
+        after *= wp.where(i < curve.count, number - curve.numbers[i], ONE)
     return weights
 
 
@@ -97,17 +100,14 @@ def ahead(jacobian: Square, curve: Curve, number: wp.float64, turns: int, y: Pla
 
 @wp.func
 def top_of(curve: Curve) -> Place:
-    """The curve's highest divided difference: what its oldest turn adds, but for a product of distances."""
-    return curve.residuals * curve.divisors
+    """The curve's highest divided difference, for a weight of one of its oldest turn."""
+    return (curve.residuals * curve.divisors) / curve.divisors[0]
 
 
 @wp.func
-def doubted(jacobian: Square, curve: Curve, top: Place, number: wp.float64, error: Place) -> Place:
+def doubted(jacobian: Square, top: Place, weights: Weights, error: Place) -> Place:
     """What the oldest turn in the curve changes in where the cheap map leads, one turn on: the error's estimate."""
-    rest = ONE
-    for i in range(1, curve.count):
-        rest *= number - curve.numbers[i]
-    return error + jacobian * error + rest * top
+    return error + jacobian * error + weights[0] * top
 
 
 @wp.func
@@ -165,3 +165,4 @@ def remembered(memory: Memory, run: int, leap: Leap, end: State, shape: Shape):
     memory.places[run, slot] = leap.aim
     memory.ends[run, slot] = end
     store_shape(memory, run, slot, shape, normalized(leap.aim), end)
+    chart_turn(memory, run, slot, leap.reference, leap.miss)  # of no use before there is a Jacobian

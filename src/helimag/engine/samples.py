@@ -15,6 +15,7 @@ ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
 TWO = wp.constant(wp.float64(2.0))
 THREE = wp.constant(wp.float64(3.0))
+EIGHT = wp.constant(wp.float64(8.0))
 NEARLY_ONE = wp.constant(wp.float64(1.0 - 2e-12))  # a sample this close to the end is the end, whatever rounding did
 
 
@@ -140,9 +141,11 @@ def looked_at(stats: Statistics, height: wp.float64, left: wp.float64, right: wp
     stats.high = wp.max(stats.high, height)
     if left * right >= ZERO:
         return stats
-    bend = TWO * (right - left)
     tilt = left + right
-    return turned_within(stats, height - left, tilt - bend, height + right, tilt + bend)
+    turn = height - tilt * tilt / (EIGHT * (right - left))
+    stats.low = wp.min(stats.low, turn)
+    stats.high = wp.max(stats.high, turn)
+    return stats
 
 
 @wp.func

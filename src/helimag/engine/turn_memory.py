@@ -13,10 +13,12 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from helimag.engine.charts import Place, to_chart
 from helimag.engine.structures import reader
 from helimag.engine.turns import NODES, Nodes, Shape, rolled
 from helimag.physics.kinematics import State, attack_angle, normalized
 
+MOST_TURNS = 100  # of a leap
 SLOTS = 10  # turns remembered: as many as a polynomial goes through, and the one at the leap's end, in a ring
 FINE = 2  # heights are looked at so many times between two nodes, and parabolas put through three looks
 LOOKS = wp.constant(FINE * NODES)
@@ -55,17 +57,33 @@ class Memory:
     heights: wp.array2d(dtype=Heights)  # FINE times as fine, m
     attacks: wp.array2d(dtype=Nodes)  # attack angle, rad
     jacobians: wp.array(dtype=Square)  # (runs,): how what a turn changes depends on where it begins, in a chart
+    begins: wp.array2d(dtype=Place)  # where it began, in that chart
+    residuals: wp.array2d(dtype=Place)  # what it changed, but for what the Jacobian has of that
+    path: wp.array2d(dtype=Place)  # (runs, MOST_TURNS): where turns of the leap that is tried end, in that chart
+    weights: wp.array2d(dtype=Weights)  # (runs, MOST_TURNS): what remembered turns count in each of them
+
+
+ROOMS: dict[str, tuple[Any, ...]] = {  # of one run: kind and shape
+    "numbers": (wp.float64, SLOTS),
+    "places": (State, SLOTS),
+    "ends": (State, SLOTS),
+    "nodes": (State, SLOTS, NODES),
+    "heights": (Heights, SLOTS),
+    "attacks": (Nodes, SLOTS),
+    "jacobians": (Square,),
+    "begins": (Place, SLOTS),
+    "residuals": (Place, SLOTS),
+    "path": (Place, MOST_TURNS),
+    "weights": (Weights, MOST_TURNS),
+}
 
 
 def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: str) -> Any:
     """What runs remember of turns, as the kernels take it; a run that remembers nothing has room for it."""
     memory = Memory()
     runs = len(remembered)
-    kinds = {"numbers": wp.float64, "places": State, "ends": State, "heights": Heights, "attacks": Nodes}
-    for name, kind in kinds.items():
-        setattr(memory, name, wp.zeros((runs, SLOTS), dtype=kind, device=device))
-    memory.nodes = wp.zeros((runs, SLOTS, NODES), dtype=State, device=device)
-    memory.jacobians = wp.zeros(runs, dtype=Square, device=device)
+    for name, (kind, *shape) in ROOMS.items():
+        setattr(memory, name, wp.zeros((runs, *shape), dtype=kind, device=device))
     for run, known in enumerate(remembered):
         for name, values in known.items():
             getattr(memory, name)[run : run + 1].assign(values[None])
@@ -74,8 +92,7 @@ def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: st
 
 def memory_reader(memory: Any) -> Callable[[], list[dict[str, NDArray[np.float64]]]]:
     """What gives what each run remembers at the time it is called."""
-    names = ("numbers", "places", "ends", "heights", "attacks", "nodes", "jacobians")
-    readers = {name: reader(getattr(memory, name)) for name in names}
+    readers = {name: reader(getattr(memory, name)) for name in ROOMS}
 
     def remembered() -> list[dict[str, NDArray[np.float64]]]:
         values = {name: read() for name, read in readers.items()}
@@ -108,6 +125,15 @@ def store_shape(memory: Memory, run: int, slot: int, shape: Shape, begin: State,
         heights[j] = rest[2]
     memory.attacks[run, slot] = attacks
     memory.heights[run, slot] = FINER * heights
+
+
+@wp.func
+def chart_turn(memory: Memory, run: int, slot: int, reference: State, miss: Place):
+    """Work out what a remembered turn is in the chart, and beside the Jacobian; less what its steps missed."""
+    begin = to_chart(reference, memory.places[run, slot])
+    change = to_chart(reference, memory.ends[run, slot]) - begin
+    memory.begins[run, slot] = begin
+    memory.residuals[run, slot] = change - memory.jacobians[run] * begin + miss
 
 
 @wp.func
