@@ -1,32 +1,20 @@
-"""Runs abreast: one thread leads all runs of a batch, and follows turns of the magnet for as many as a register holds.
-
-Each run goes on by itself up to a turn that is to be followed for leaping. Turns with as many steps are followed
-together, by what :mod:`helimag.engine.lanes` makes of the same functions; so a run's bits are those that it has alone.
-"""
+"""Turns, and parts of turns, followed for as many as a vector register holds, by :mod:`helimag.engine.lanes`."""
 
 from functools import cache
 
 import warp as wp
 
-from helimag.engine.batch import MOST_MAGNETS_ABREAST
-from helimag.engine.control import Control
-from helimag.engine.events import Bounds
-from helimag.engine.lanes import LANES, Translation, numbers_in
-from helimag.engine.leaping import build_answered
-from helimag.engine.leaps import spin_at
-from helimag.engine.loop import RUNNING, build_until
-from helimag.engine.methods import Method
-from helimag.engine.progress import Progress
-from helimag.engine.samples import Record, Schedule
-from helimag.engine.system import System, clear_of_walls
-from helimag.engine.turn_memory import Memory
-from helimag.engine.turns import FINEST, Shape, Turn, build_turn
+from helimag.engine.lanes import LANES, MOST_MAGNETS_IN_LANES, Translation, numbers_in
+from helimag.engine.system import System
+from helimag.engine.turns import Shape, Turn, build_part_turn, build_turn
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State
 from helimag.physics.magnetics import FieldSource
 
-WIDTH = wp.constant(LANES)
-MOST_STEPS = wp.constant(2 * FINEST)  # between two nodes of a turn
+
+States = wp.types.matrix(shape=(LANES, 7), dtype=wp.float64)  # of as many as there are lanes
+Spins = wp.types.matrix(shape=(LANES, 2), dtype=wp.float64)
+Angles = wp.types.vector(length=LANES, dtype=wp.float64)
 
 
 @wp.struct
@@ -49,19 +37,21 @@ class Followed:
     roll: wp.float64
 
 
-def room(runs: int) -> list[wp.array]:
-    """Room for what the kernel keeps of each run between a turn's start and its end, and for who is in which lane."""
-    kinds = ((runs, Waiting), (runs, Followed), (LANES, wp.int32))
-    return [wp.zeros(count, dtype=kind, device="cpu") for count, kind in kinds]
+def _sources(source: str) -> str:
+    """C++ for magnets in lanes, which functions take for the array that they are written for."""
+    return (
+        f"struct Sources {{ int shape[1]; {source} at[{MOST_MAGNETS_IN_LANES}]; "
+        f"const {source}& operator[](int j) const {{ return at[j]; }} }};"
+    )
 
 
-def _gathered(name: str, kind: object, array: str, at: str) -> str:
-    """C++ that puts the numbers of a structure of eight runs into lanes."""
+def _gathered(name: str, kind: object, one: str) -> str:
+    """C++ that puts a structure's numbers into lane ``l``."""
     lines = [
         f"{name}{path}[l] = one{path};" if number is wp.float64 else f"{name}{path} = one{path};"
         for path, number in numbers_in(kind)
     ]
-    return f"{{ const auto& one = {array}.data[{at}]; {' '.join(lines)} }}"
+    return f"{{ const auto& one = {one}; {' '.join(lines)} }}"
 
 
 @cache
@@ -73,16 +63,16 @@ def build_turns_abreast(system: System) -> wp.Function:
     swimmer, motion, source, asked, result, around = (said.structure(kind) for kind in kinds)
     scattered = " ".join(f"one{path} = all{path}[l];" for path, _ in numbers_in(Followed))
     snippet = f"""{said.text}
-struct Sources {{ int shape[1]; {source} at[{MOST_MAGNETS_ABREAST}]; const {source}& operator[](int j) const {{ return at[j]; }} }};
+{_sources(source)}
 {swimmer} body; {motion} drive; {asked} asked; {around} around; Sources rpm;
 rpm.shape[0] = magnets.shape[1];
 for (int l = 0; l < {LANES}; ++l) {{
     const int run = lanes.data[l];
-    {_gathered("body", Swimmer, "bodies", "run")}
-    {_gathered("drive", ArmMotion, "drives", "run")}
-    {_gathered("asked", Waiting, "waiting", "run")}
+    {_gathered("body", Swimmer, "bodies.data[run]")}
+    {_gathered("drive", ArmMotion, "drives.data[run]")}
+    {_gathered("asked", Waiting, "waiting.data[run]")}
     for (int j = 0; j < rpm.shape[0]; ++j)
-        {_gathered("rpm.at[j]", FieldSource, "magnets", "run * rpm.shape[0] + j")}
+        {_gathered("rpm.at[j]", FieldSource, "magnets.data[run * rpm.shape[0] + j]")}
 }}
 const auto found = {turn}(body, around, drive, rpm, asked.tail, asked.spin, fine, asked.start);
 const {result} all{{found.r0, found.r1, found.r2}};
@@ -103,112 +93,46 @@ for (int l = 0; l < {LANES}; ++l) {{ auto& one = followed.data[lanes.data[l]]; {
     return turns_abreast
 
 
-@wp.func
-def next_steps(waiting: wp.array(dtype=Waiting)) -> int:
-    """Steps of the turns to be followed next: the most that a register's worth of runs waits for, or else most runs."""
-    best = int(0)
-    most = int(0)
-    for fine in range(1, MOST_STEPS + 1):
-        count = int(0)
-        for run in range(waiting.shape[0]):
-            if waiting[run].fine == fine:
-                count += 1
-        if count > 0 and (count >= WIDTH or count >= most):
-            best = fine
-            most = count
-    return best
-
-
-@wp.func
-def lined_up(waiting: wp.array(dtype=Waiting), fine: int, lanes: wp.array(dtype=wp.int32)) -> int:
-    """Put runs that wait for turns of so many steps into lanes, the first of them again where none is left."""
-    count = int(0)
-    for run in range(waiting.shape[0]):
-        if waiting[run].fine == fine and count < WIDTH:
-            lanes[count] = run
-            count += 1
-    for lane in range(count, WIDTH):
-        lanes[lane] = lanes[0]
-    return count
-
-
 @cache
-def build_advance_abreast(system: System, method: Method) -> wp.Kernel:
-    """Make the kernel whose one thread lets each run of a batch try up to ``budget`` steps, as ``loop``'s does each."""
-    clear = clear_of_walls(system)
-    until, answered = build_until(system, method), build_answered(clear)
-    turns_abreast, beyond = build_turns_abreast(clear), system.medium.beyond
+def build_parts_abreast(system: System) -> wp.Function:
+    """Make the function that goes on from a node of a turn in each lane, all of one run, to somewhere before the next.
 
-    @wp.kernel(enable_backward=False, module="unique")
-    def advance_abreast(
-        bodies: wp.array(dtype=Swimmer),
-        surroundings: wp.array(dtype=system.medium.surroundings_type),
-        drives: wp.array(dtype=system.drive_type),
-        magnets: wp.array2d(dtype=FieldSource),
-        controls: wp.array(dtype=Control),
-        bounds: wp.array(dtype=Bounds),
-        schedules: wp.array(dtype=Schedule),
-        budget: int,
-        progress: wp.array(dtype=Progress),
-        records: wp.array2d(dtype=Record),
-        memory: Memory,
-        waiting: wp.array(dtype=Waiting),
-        followed: wp.array(dtype=Followed),
-        lanes: wp.array(dtype=wp.int32),
-    ):
-        runs = progress.shape[0]
-        for run in range(runs):
-            waiting[run].left = budget
-            waiting[run].fine = 0
-        going = bool(True)
-        while going:
-            for run in range(runs):
-                if waiting[run].fine == 0 and waiting[run].left > 0 and progress[run].status == RUNNING:
-                    left, fine = until(
-                        bodies,
-                        surroundings,
-                        drives,
-                        magnets,
-                        controls,
-                        bounds,
-                        schedules,
-                        progress,
-                        records,
-                        memory,
-                        run,
-                        waiting[run].left,
-                    )
-                    now = Waiting()
-                    now.left = left
-                    now.fine = fine
-                    now.spin = spin_at(drives[run], progress[run].leap.origin)
-                    now.start = progress[run].leap.aim
-                    now.tail = bounds[run].tail
-                    waiting[run] = now
-            fine = next_steps(waiting)
-            going = fine > 0
-            if going:
-                count = lined_up(waiting, fine, lanes)
-                turns_abreast(bodies, drives, magnets, waiting, followed, lanes, fine)
-                for lane in range(count):
-                    run = lanes[lane]
-                    done = followed[run]
-                    progress[run] = answered(
-                        done.turn,
-                        done.shape,
-                        done.roll,
-                        bodies[run],
-                        beyond(surroundings[run]),
-                        drives[run],
-                        magnets[run],
-                        controls[run],
-                        bounds[run],
-                        schedules[run],
-                        memory,
-                        run,
-                        progress[run],
-                        records,
-                    )
-                    waiting[run].fine = 0
+    It takes the run, ``fine`` and for each lane spin and state at the node, and by which angle to go on.
+    """
+    said = Translation()
+    part_turn = said.function(build_part_turn(system))
+    kinds = (Swimmer, ArmMotion, FieldSource, system.medium.surroundings_type)
+    swimmer, motion, source, around = (said.structure(kind) for kind in kinds)
+    snippet = f"""{said.text}
+{_sources(source)}
+{swimmer} all_body; {motion} all_drive; {around} all_around; Sources rpm;
+wp::vec_t<7, Lanes> begin; wp::vec_t<2, Lanes> spin; Lanes angle;
+rpm.shape[0] = magnets.shape[0];
+for (int l = 0; l < {LANES}; ++l) {{
+    {_gathered("all_body", Swimmer, "body")}
+    {_gathered("all_drive", ArmMotion, "drive")}
+    for (int j = 0; j < rpm.shape[0]; ++j)
+        {_gathered("rpm.at[j]", FieldSource, "magnets.data[j]")}
+    for (int i = 0; i < 7; ++i) begin.c[i][l] = begins.data[l][i];
+    for (int i = 0; i < 2; ++i) spin.c[i][l] = spins.data[l][i];
+    angle[l] = angles.c[l];
+}}
+const auto found = {part_turn}(all_body, all_around, all_drive, rpm, spin, fine, angle, begin);
+wp::mat_t<{LANES}, 7, wp::float64> ends;
+for (int l = 0; l < {LANES}; ++l)
+    for (int i = 0; i < 7; ++i) ends.data[l][i] = found.c[i][l];
+return ends;
+"""
 
-    return advance_abreast
+    @wp.func_native(snippet)
+    def parts_abreast(
+        body: Swimmer,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        fine: int,
+        spins: Spins,
+        angles: Angles,
+        begins: States,
+    ) -> States: ...
+
+    return parts_abreast

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from helimag.engine.control import Control, pack_controls
 from helimag.engine.events import Bounds, pack_bounds
 from helimag.engine.history import History
+from helimag.engine.lanes import MOST_MAGNETS_IN_LANES
 from helimag.engine.loop import build_advance
 from helimag.engine.methods import MULTIREVOLUTION, Method
 from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
@@ -32,7 +33,6 @@ Floats = NDArray[np.float64]
 
 TOLERANCE = 3e-7  # of one step; positions are then within 1e-8 m after 100 s on the reference runs
 FIRST_STEP = 1e-3  # of a turn of the magnet
-MOST_MAGNETS_ABREAST = 4
 FEWEST_TURNS = 36.0  # of a run that leaps: in fewer the turns followed cost more than they save, by benchmarks/leaps.py
 
 
@@ -57,7 +57,7 @@ class Stepping:
 
 def _room_abreast(runs: int) -> list[wp.array]:
     """What the kernel for runs abreast writes on."""
-    from helimag.engine.abreast import room
+    from helimag.engine.pool import room
 
     return room(runs)
 
@@ -91,20 +91,20 @@ def first_leap(system: System, drive: Drive) -> float:
     return 1.0 / abs(drive.frequency) if frame_moves(system, drive) else math.inf
 
 
-def goes_abreast(system: System, scenarios: Sequence[Scenario], settings: Stepping) -> bool:
-    """Whether turns are followed for several runs at once: on a CPU, clear of walls, with magnets cut alike."""
+def fits_lanes(system: System, scenarios: Sequence[Scenario], settings: Stepping) -> bool:
+    """Whether runs are followed in the lanes of vector registers: on a CPU, clear of walls, their magnets cut alike."""
     leaps = settings.method.leaps and leaps_hold(system) and clear_of_walls(system).medium == OPEN_WATER
-    if not leaps or settings.device != "cpu" or len(scenarios) == 1:
+    if not leaps or settings.device != "cpu":
         return False
     slices = pack_magnets(scenarios)["slices"]
-    return slices.shape[1] <= MOST_MAGNETS_ABREAST and not np.ptp(slices, axis=0).any()
+    return slices.shape[1] <= MOST_MAGNETS_IN_LANES and not np.ptp(slices, axis=0).any()
 
 
-def build_kernel(system: System, method: Method, abreast: bool) -> wp.Kernel:
-    """Make the kernel that takes runs their way: each by itself, or abreast."""
-    if not abreast:
-        return build_advance(system, method)
-    from helimag.engine.abreast import build_advance_abreast
+def build_kernel(system: System, method: Method, lanes: bool, abreast: bool) -> wp.Kernel:
+    """Make the kernel that takes runs their way: each by itself, or turns of several at once."""
+    if not (lanes and abreast):
+        return build_advance(system, method, lanes)
+    from helimag.engine.pool import build_advance_abreast
 
     return build_advance_abreast(system, replace(method, name=""))
 
@@ -137,8 +137,8 @@ class Batch:
     ) -> None:
         self.scenarios = scenarios
         self._device = settings.device
-        abreast = goes_abreast(system, scenarios, settings)
-        self._kernel = build_kernel(system, settings.method, abreast)
+        lanes, abreast = fits_lanes(system, scenarios, settings), len(scenarios) > 1
+        self._kernel = build_kernel(system, settings.method, lanes, abreast)
         self._begun = time.perf_counter()
         inputs = (
             (pack_magnets(scenarios), FieldSource),
@@ -167,7 +167,7 @@ class Batch:
         self._leaps = settings.method.leaps
         self._memory = pack_memory(kept if self._leaps else (), settings.device)
         self._remembered = memory_reader(self._memory)
-        self._threads, self._room = (1, _room_abreast(len(scenarios))) if abreast else (len(scenarios), [])
+        self._threads, self._room = (1, _room_abreast(len(scenarios))) if lanes and abreast else (len(scenarios), [])
         self._memories = list(kept)  # as of the last launch, likewise
         self._stand = progress.copy()  # as of the last launch; replaced as a whole, so that other threads may read it
 

@@ -5,7 +5,9 @@ from functools import cache
 
 import warp as wp
 
-from helimag.engine.charts import from_chart
+from helimag.engine.abreast import Angles, Spins, States, build_parts_abreast
+from helimag.engine.lanes import LANES
+from helimag.engine.leaps import spin_at
 from helimag.engine.moving import to_lab
 from helimag.engine.progress import Progress
 from helimag.engine.samples import (
@@ -29,7 +31,7 @@ from helimag.engine.turn_memory import (
     slot_of,
     with_roll,
 )
-from helimag.engine.turns import NODES, build_part_turn
+from helimag.engine.turns import NODES, build_part_turn, spin_at_node
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, attack_angle
 from helimag.physics.magnetics import FieldSource
@@ -40,37 +42,119 @@ COUNT = wp.constant(wp.float64(NODES))
 TWO_PI = wp.constant(wp.float64(2.0 * math.pi))
 
 
+@wp.struct
+class Sample:
+    """A sample within a leap: the node of a turn before it, and by which angle of the spin it is on; moving frame."""
+
+    due: wp.float64  # s
+    number: wp.float64  # of the turn
+    begin: State
+    spin: wp.vec2d  # cosine and sine, at the node
+    angle: wp.float64
+
+
+@wp.func
+def sample_in_leap(
+    drive: ArmMotion, schedule: Schedule, memory: Memory, run: int, first: int, count: int, p: Progress, sample: int
+) -> Sample:
+    """Where a sample is in the leap whose way is remembered."""
+    at = Sample()
+    period = TWO_PI / wp.abs(drive.spin_rate)
+    at.due = sample_time(schedule, sample)
+    turn = wp.clamp(int((at.due - p.leap.origin) / period - p.leap.number), 0, p.leap.turns_aimed - 1)
+    at.number = p.leap.number + wp.float64(turn)
+    phase = (at.due - p.leap.origin) / period - at.number
+    node = wp.clamp(int(phase * COUNT), 0, NODES - 1)
+    share = wp.float64(node) / COUNT
+    at.begin = memory.places[run, slot_of(p.leap.pushes - 1)]
+    if turn > 0:
+        at.begin = memory.path[run, turn - 1]
+    if node > 0:
+        shape = node_between(
+            memory, run, first, count, memory.weights[run, turn], node, at.begin, memory.path[run, turn]
+        )
+        at.begin = with_roll(shape, p.leap.roll * share)
+    at.spin = spin_at_node(drive, spin_at(drive, p.leap.origin), node)
+    at.angle = TWO_PI * (phase - share)
+    return at
+
+
+@wp.func
+def seen_in_lab(
+    drive: ArmMotion, due: wp.float64, roll: wp.float64, number: wp.float64, state: State
+) -> State:
+    """The state at a sample that is due, moving frame and what rolled in turns before off, as the lab sees it."""
+    return to_lab(drive, due, with_roll(state, roll * number))
+
+
 @cache
-def build_state_between(system: System) -> wp.Function:
-    """Make the function that gives the state at a share ``phase`` of a turn, moving frame: from the node before it."""
+def build_seen_one(system: System) -> wp.Function:
+    """Make the function that works out a leap's next sample, and remembers it; it returns the number of the one after."""
     part_turn, around_type = build_part_turn(system), system.medium.surroundings_type
 
     @wp.func
-    def state_between(
+    def seen_one(
         body: Swimmer,
         around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
+        schedule: Schedule,
         memory: Memory,
         run: int,
         first: int,
         count: int,
-        weights: Weights,
         p: Progress,
-        phase: wp.float64,
-        begin: State,
-        end: State,
-    ) -> State:
-        node = wp.clamp(int(phase * COUNT), 0, NODES - 1)
-        share = wp.float64(node) / COUNT
-        state = begin
-        if node > 0:
-            state = with_roll(node_between(memory, run, first, count, weights, node, begin, end), p.leap.roll * share)
-        angle = drive.spin_rate * p.leap.origin
-        spin = wp.vec2d(wp.cos(angle), wp.sin(angle))
-        return part_turn(body, around, drive, magnets, spin, node, p.leap.fine, TWO_PI * (phase - share), state)
+    ) -> int:
+        at = sample_in_leap(drive, schedule, memory, run, first, count, p, p.sample)
+        state = part_turn(body, around, drive, magnets, at.spin, p.leap.fine, at.angle, at.begin)
+        memory.seen[run, 0] = seen_in_lab(drive, at.due, p.leap.roll, at.number, state)
+        return p.sample + 1
 
-    return state_between
+    return seen_one
+
+
+@cache
+def build_seen_in_lanes(system: System) -> wp.Function:
+    """Make the function that does the same for as many samples of the leap as there are lanes."""
+    parts_abreast, around_type = build_parts_abreast(system), system.medium.surroundings_type
+
+    @wp.func
+    def seen_in_lanes(
+        body: Swimmer,
+        around: around_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        schedule: Schedule,
+        memory: Memory,
+        run: int,
+        first: int,
+        count: int,
+        p: Progress,
+    ) -> int:
+        begins = States()
+        spins = Spins()
+        angles = Angles()
+        dues = Angles()
+        numbers = Angles()
+        end = p.leap.origin + (p.leap.number + wp.float64(p.leap.turns_aimed)) * TWO_PI / wp.abs(drive.spin_rate)
+        at = Sample()
+        found = int(0)
+        lanes = int(LANES)
+        for lane in range(lanes):  # the last sample is in all lanes that are left
+            if lane == 0 or (lane == found and sample_time(schedule, p.sample + lane) <= end):
+                at = sample_in_leap(drive, schedule, memory, run, first, count, p, p.sample + lane)
+                found = lane + 1
+            dues[lane] = at.due
+            numbers[lane] = at.number
+            angles[lane] = at.angle
+            spins[lane] = at.spin
+            begins[lane] = at.begin
+        ends = parts_abreast(body, drive, magnets, p.leap.fine, spins, angles, begins)
+        for lane in range(found):
+            memory.seen[run, lane] = seen_in_lab(drive, dues[lane], p.leap.roll, numbers[lane], ends[lane])
+        return p.sample + found
+
+    return seen_in_lanes
 
 
 @wp.func
@@ -88,9 +172,9 @@ def sampled(
 
 
 @cache
-def build_turn_filled(system: System) -> wp.Function:
+def build_turn_filled(system: System, lanes: bool) -> wp.Function:
     """Make the function that records the samples due in a turn from ``begin`` to ``end``, moving frame."""
-    state_between, around_type = build_state_between(system), system.medium.surroundings_type
+    seen, around_type = build_seen_in_lanes(system) if lanes else build_seen_one(system), system.medium.surroundings_type
 
     @wp.func
     def turn_filled(
@@ -125,11 +209,10 @@ def build_turn_filled(system: System) -> wp.Function:
             share = wp.float64(i + 1) / TURN_PARTS
             t = start + share * period
             while due <= t and p.sample < records.shape[1]:
-                phase = (due - start) / period
-                moving = state_between(
-                    body, around, drive, magnets, memory, run, first, count, weights, p, phase, begin, end
-                )
-                state = to_lab(drive, due, with_roll(moving, p.leap.roll * number))
+                if p.sample >= p.leap.seen_to:
+                    p.leap.seen_from = p.sample
+                    p.leap.seen_to = seen(body, around, drive, magnets, schedule, memory, run, first, count, p)
+                state = memory.seen[run, p.sample - p.leap.seen_from]
                 p = sampled(p, run, due, due - last, state, records)
                 last = due
                 due = sample_time(schedule, p.sample)
@@ -147,9 +230,9 @@ def build_turn_filled(system: System) -> wp.Function:
 
 
 @cache
-def build_filled(system: System) -> wp.Function:
+def build_filled(system: System, lanes: bool) -> wp.Function:
     """Make the function that records the samples due in a leap, whose way is remembered."""
-    turn_filled, around_type = build_turn_filled(system), system.medium.surroundings_type
+    turn_filled, around_type = build_turn_filled(system, lanes), system.medium.surroundings_type
 
     @wp.func
     def filled(
@@ -166,10 +249,10 @@ def build_filled(system: System) -> wp.Function:
         records: wp.array2d(dtype=Record),
     ) -> Progress:
         p = before
-        reference = before.leap.reference
+        p.leap.seen_to = 0
         state = memory.places[run, slot_of(before.leap.pushes - 1)]
         for j in range(p.leap.turns_aimed):
-            following = from_chart(reference, memory.path[run, j])
+            following = memory.path[run, j]
             p = turn_filled(
                 body,
                 around,

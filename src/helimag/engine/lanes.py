@@ -13,6 +13,7 @@ from typing import Any
 
 import warp as wp
 
+MOST_MAGNETS_IN_LANES = 4  # of a run
 LANES = 8  # doubles in a register of 512 bits; for a processor with narrower ones the compiler takes several
 
 HEAD = f"""

@@ -153,12 +153,12 @@ def way_of(
         weights = weights_at(curve, at)
         way.end = next_turn(jacobian, curve, weights, way.end)
         way.error = doubted(jacobian, top, weights, way.error)
-        memory.path[run, j] = way.end
+        state = from_chart(leap.reference, way.end)
+        memory.path[run, j] = state
         memory.weights[run, j] = weights
         if j >= look:
             t = leap.origin + (at + ONE) * period
-            state = to_lab(drive, t, from_chart(leap.reference, way.end))
-            room = room_at(drive, magnets, bounds, t, state) - keep
+            room = room_at(drive, magnets, bounds, t, to_lab(drive, t, state)) - keep
             way.room = wp.min(way.room, room)
             look = j + 1 + int(wp.clamp(room / keep, ZERO, wp.float64(MOST_LEAP)))
     return way
@@ -337,9 +337,9 @@ def guess_followed(
 
 
 @cache
-def build_leapt(system: System) -> wp.Function:
+def build_leapt(system: System, lanes: bool) -> wp.Function:
     """Make the function that takes a run over a leap, once the turn from where that led was followed."""
-    filled, around_type = build_filled(system), system.medium.surroundings_type
+    filled, around_type = build_filled(system, lanes), system.medium.surroundings_type
 
     @wp.func
     def leapt(
@@ -445,9 +445,9 @@ def asked(
 
 
 @cache
-def build_answered(system: System) -> wp.Function:
-    """Make the function that does with a turn that was followed what comes next."""
-    leapt, around_type = build_leapt(system), system.medium.surroundings_type
+def build_answered(system: System, lanes: bool) -> wp.Function:
+    """Make the function that does with a turn that was followed what comes next; several samples at once by lanes."""
+    leapt, around_type = build_leapt(system, lanes), system.medium.surroundings_type
     bearable = wp.constant(wp.float64(MISSED if system.medium == OPEN_WATER else MISSED_NEAR_WALLS))
 
     @wp.func

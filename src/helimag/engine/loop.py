@@ -222,27 +222,29 @@ def build_until(system: System, method: Method) -> wp.Function:
     return until
 
 
-def build_advance(system: System, method: Method) -> wp.Kernel:
+def build_advance(system: System, method: Method, lanes: bool = False) -> wp.Kernel:
     """Make the kernel that lets each run of a batch try up to ``budget`` steps, and records the samples it comes to.
 
     Methods that differ in their names alone have one kernel, such as direct steps and leaps where those do not hold.
+    Samples of a leap may be worked out in the lanes of a vector register, as many at once.
     """
-    return _advance(system, replace(method, name="", leaps=method.leaps and leaps_hold(system)))
+    leaps = method.leaps and leaps_hold(system)
+    return _advance(system, replace(method, name="", leaps=leaps), lanes and leaps)
 
 
-def _turn_parts(system: System) -> tuple[wp.Function, wp.Function]:
+def _turn_parts(system: System, lanes: bool) -> tuple[wp.Function, wp.Function]:
     """What follows a turn of the magnet, and what does with it what comes next: imported where runs leap."""
     from helimag.engine.leaping import build_answered
     from helimag.engine.leaps import build_follow
 
     clear = clear_of_walls(system)
-    return build_follow(clear), build_answered(clear)
+    return build_follow(clear), build_answered(clear, lanes)
 
 
 @cache
-def _advance(system: System, method: Method) -> wp.Kernel:
+def _advance(system: System, method: Method, lanes: bool) -> wp.Kernel:
     until, leaping, beyond = build_until(system, method), method.leaps, system.medium.beyond
-    follow, answered = _turn_parts(system) if leaping else (None, None)
+    follow, answered = _turn_parts(system, lanes) if leaping else (None, None)
 
     @wp.kernel(enable_backward=False, module="unique")
     def advance(

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.batch import TOLERANCE, Batch, Stepping, build_kernel, goes_abreast, method_for, started
+from helimag.engine.batch import TOLERANCE, Batch, Stepping, build_kernel, fits_lanes, method_for, started
 from helimag.engine.history import History
 from helimag.engine.kernels import check_device, ready
 from helimag.engine.methods import MULTIREVOLUTION, Method
@@ -48,9 +48,10 @@ class _Job:
     memories: list[dict[str, Floats]]
     batch: Batch | None = None
 
-    def abreast(self, settings: Stepping) -> bool:
-        """Whether turns are followed for several of its runs at once."""
-        return goes_abreast(self.system, self.scenarios, replace(settings, method=self.method))
+    def kernel(self, settings: Stepping) -> tuple[System, Method, bool, bool]:
+        """What its kernel is built from."""
+        lanes = fits_lanes(self.system, self.scenarios, replace(settings, method=self.method))
+        return self.system, self.method, lanes, len(self.scenarios) > 1
 
     def advance(self, settings: Stepping, stop: threading.Event) -> None:
         """Take the runs to their ends, or to where they are when told to stop."""
@@ -143,7 +144,7 @@ def advancing(
     for job in jobs:
         job.system.medium.pack(job.scenarios, device)  # tables are made here, where Ctrl-C is heard, and kept
     settings = Stepping(method, tolerance, device)
-    for kernel in {(job.system, job.method, job.abreast(settings)): None for job in jobs}:
+    for kernel in {job.kernel(settings): None for job in jobs}:
         ready(partial(build_kernel, *kernel), device)
     total = math.fsum(scenario.run.duration for scenario in scenarios)
     told = "1 run" if len(scenarios) == 1 else f"{len(scenarios)} runs"

@@ -14,6 +14,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from helimag.engine.charts import Place, to_chart
+from helimag.engine.lanes import LANES
 from helimag.engine.structures import reader
 from helimag.engine.turns import NODES, Nodes, Shape, rolled
 from helimag.physics.kinematics import State, attack_angle, normalized
@@ -59,7 +60,8 @@ class Memory:
     jacobians: wp.array(dtype=Square)  # (runs,): how what a turn changes depends on where it begins, in a chart
     begins: wp.array2d(dtype=Place)  # where it began, in that chart
     residuals: wp.array2d(dtype=Place)  # what it changed, but for what the Jacobian has of that
-    path: wp.array2d(dtype=Place)  # (runs, MOST_TURNS): where turns of the leap that is tried end, in that chart
+    path: wp.array2d(dtype=State)  # (runs, MOST_TURNS): where turns of the leap that is tried end
+    seen: wp.array2d(dtype=State)  # (runs, LANES): samples of a leap, lab frame
     weights: wp.array2d(dtype=Weights)  # (runs, MOST_TURNS): what remembered turns count in each of them
 
 
@@ -73,8 +75,9 @@ ROOMS: dict[str, tuple[Any, ...]] = {  # of one run: kind and shape
     "jacobians": (Square,),
     "begins": (Place, SLOTS),
     "residuals": (Place, SLOTS),
-    "path": (Place, MOST_TURNS),
+    "path": (State, MOST_TURNS),
     "weights": (Weights, MOST_TURNS),
+    "seen": (State, LANES),
 }
 
 

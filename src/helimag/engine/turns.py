@@ -200,18 +200,15 @@ def build_part_turn(system: System) -> wp.Function:
         around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
-        spin_at_start: wp.vec2d,
-        node: int,
+        spin_at_node: wp.vec2d,
         fine: int,
         angle: wp.float64,
         begin: State,
     ) -> State:
-        sense = wp.sign(drive.spin_rate)
         part = angle / wp.float64(fine)
         h = part / wp.abs(drive.spin_rate)
-        spins = stage_spins(sense * part)
-        so_far = sense * wp.float64(node) * PER_NODE
-        spin = spin_ahead(spin_at_start, wp.cos(so_far), wp.sin(so_far))
+        spins = stage_spins(wp.sign(drive.spin_rate) * part)
+        spin = spin_at_node
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         state = begin
         middle = begin
@@ -225,6 +222,13 @@ def build_part_turn(system: System) -> wp.Function:
         return state
 
     return part_turn
+
+
+@wp.func
+def spin_at_node(drive: ArmMotion, spin_at_start: wp.vec2d, node: int) -> wp.vec2d:
+    """Cosine and sine of the magnet's spin at a node of a turn."""
+    so_far = wp.sign(drive.spin_rate) * wp.float64(node) * PER_NODE
+    return spin_ahead(spin_at_start, wp.cos(so_far), wp.sin(so_far))
 
 
 @wp.func
