@@ -24,7 +24,6 @@ from helimag.engine.turn_memory import (
     FINE,
     LOOKS,
     Memory,
-    Weights,
     attacks_between,
     heights_between,
     node_between,
@@ -157,6 +156,27 @@ def build_seen_in_lanes(system: System) -> wp.Function:
     return seen_in_lanes
 
 
+@wp.struct
+class Level:
+    """How height (m) and attack angle (rad) go through a turn but for its shape: where they begin, how much they rise."""
+
+    height: wp.float64
+    rise: wp.float64
+    attack: wp.float64
+    climb: wp.float64
+
+
+@wp.func
+def level_of(drive: ArmMotion, start: wp.float64, period: wp.float64, begin: State, end: State) -> Level:
+    """Level of a turn that begins at ``start`` (s), from states in the moving frame, which rises in the lab."""
+    level = Level()
+    level.height = begin[2] + start * drive.velocity[2]
+    level.rise = end[2] - begin[2] + period * drive.velocity[2]
+    level.attack = attack_angle(begin)
+    level.climb = attack_angle(end) - level.attack
+    return level
+
+
 @wp.func
 def sampled(
     before: Progress, run: int, due: wp.float64, dt: wp.float64, state: State, records: wp.array2d(dtype=Record)
@@ -172,67 +192,10 @@ def sampled(
 
 
 @cache
-def build_turn_filled(system: System, lanes: bool) -> wp.Function:
-    """Make the function that records the samples due in a turn from ``begin`` to ``end``, moving frame."""
-    seen, around_type = build_seen_in_lanes(system) if lanes else build_seen_one(system), system.medium.surroundings_type
-
-    @wp.func
-    def turn_filled(
-        body: Swimmer,
-        around: around_type,
-        drive: ArmMotion,
-        magnets: wp.array(dtype=FieldSource),
-        schedule: Schedule,
-        memory: Memory,
-        run: int,
-        first: int,
-        count: int,
-        weights: Weights,
-        number: wp.float64,
-        begin: State,
-        end: State,
-        before: Progress,
-        records: wp.array2d(dtype=Record),
-    ) -> Progress:
-        p = before
-        period = TWO_PI / wp.abs(drive.spin_rate)
-        start = p.leap.origin + number * period
-        heights = heights_between(memory, run, first, count, weights)
-        attacks = attacks_between(memory, run, first, count, weights)
-        attack, climb = attack_angle(begin), attack_angle(end) - attack_angle(begin)
-        bottom = begin[2] + start * drive.velocity[2]
-        rise = end[2] - begin[2] + period * drive.velocity[2]  # in the lab: the moving frame rises
-        left = heights[0] - heights[LOOKS - 1] + rise / TURN_PARTS
-        due = sample_time(schedule, p.sample)
-        last = start
-        for i in range(LOOKS):
-            share = wp.float64(i + 1) / TURN_PARTS
-            t = start + share * period
-            while due <= t and p.sample < records.shape[1]:
-                if p.sample >= p.leap.seen_to:
-                    p.leap.seen_from = p.sample
-                    p.leap.seen_to = seen(body, around, drive, magnets, schedule, memory, run, first, count, p)
-                state = memory.seen[run, p.sample - p.leap.seen_from]
-                p = sampled(p, run, due, due - last, state, records)
-                last = due
-                due = sample_time(schedule, p.sample)
-            height = bottom + share * rise + heights[i]
-            right = heights[(i + 1) % LOOKS] - heights[i] + rise / TURN_PARTS  # the turn after is like this one
-            p.statistics = looked_at(p.statistics, height, left, right)
-            left = right
-            if (i + 1) % FINE == 0:
-                angle = attack + share * climb + attacks[(i + 1) // FINE - 1]
-                p.statistics = statistics_with(p.statistics, t - last, height, angle)
-                last = t
-        return p
-
-    return turn_filled
-
-
-@cache
 def build_filled(system: System, lanes: bool) -> wp.Function:
     """Make the function that records the samples due in a leap, whose way is remembered."""
-    turn_filled, around_type = build_turn_filled(system, lanes), system.medium.surroundings_type
+    around_type = system.medium.surroundings_type
+    seen = build_seen_in_lanes(system) if lanes else build_seen_one(system)
 
     @wp.func
     def filled(
@@ -250,27 +213,36 @@ def build_filled(system: System, lanes: bool) -> wp.Function:
     ) -> Progress:
         p = before
         p.leap.seen_to = 0
+        period = TWO_PI / wp.abs(drive.spin_rate)
         state = memory.places[run, slot_of(before.leap.pushes - 1)]
+        due = sample_time(schedule, p.sample)
         for j in range(p.leap.turns_aimed):
-            following = memory.path[run, j]
-            p = turn_filled(
-                body,
-                around,
-                drive,
-                magnets,
-                schedule,
-                memory,
-                run,
-                first,
-                count,
-                memory.weights[run, j],
-                p.leap.number + wp.float64(j),
-                state,
-                following,
-                p,
-                records,
-            )
-            state = following
+            start = p.leap.origin + (p.leap.number + wp.float64(j)) * period
+            level = level_of(drive, start, period, state, memory.path[run, j])
+            weights = memory.weights[run, j]
+            heights = heights_between(memory, run, first, count, weights)
+            attacks = attacks_between(memory, run, first, count, weights)
+            left = heights[0] - heights[LOOKS - 1] + level.rise / TURN_PARTS
+            last = start
+            for i in range(LOOKS):
+                share = wp.float64(i + 1) / TURN_PARTS
+                t = start + share * period
+                while due <= t and p.sample < records.shape[1]:
+                    if p.sample >= p.leap.seen_to:
+                        p.leap.seen_from = p.sample
+                        p.leap.seen_to = seen(body, around, drive, magnets, schedule, memory, run, first, count, p)
+                    p = sampled(p, run, due, due - last, memory.seen[run, p.sample - p.leap.seen_from], records)
+                    last = due
+                    due = sample_time(schedule, p.sample)
+                height = level.height + share * level.rise + heights[i]
+                right = heights[(i + 1) % LOOKS] - heights[i] + level.rise / TURN_PARTS  # the turn after is like this
+                p.statistics = looked_at(p.statistics, height, left, right)
+                left = right
+                if (i + 1) % FINE == 0:
+                    attack = level.attack + share * level.climb + attacks[(i + 1) // FINE - 1]
+                    p.statistics = statistics_with(p.statistics, t - last, height, attack)
+                    last = t
+            state = memory.path[run, j]
         return p
 
     return filled
