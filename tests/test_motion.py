@@ -5,15 +5,13 @@ import pytest
 import warp as wp
 
 import oracles
-from helimag.engine import DOP853, Control, pack_bodies, pack_drives, pack_magnets, system_of
-from helimag.engine.control import pack_controls
-from helimag.engine.events import Bounds, pack_bounds
-from helimag.engine.loop import Progress, build_advance
-from helimag.engine.samples import Record, Schedule, pack_schedules
+from helimag.engine import DOP853, system_of
+from helimag.engine.batch import Stepping, packed
+from helimag.engine.loop import build_advance
+from helimag.engine.progress import Progress
+from helimag.engine.samples import Record
 from helimag.engine.structures import structs
 from helimag.engine.turn_memory import pack_memory
-from helimag.physics.balance import Swimmer
-from helimag.physics.magnetics import FieldSource
 
 DIAGONAL = np.diag([0.10, 0.13, 0.13, 8e-9, 6e-6, 6e-6])
 NO_MAGNET = {"moment": 1e-30, "yaw": 0.0, "velocity": (0.0, 0.0, 0.0), "start": (0.0, 0.0, 0.0)}
@@ -123,25 +121,14 @@ def test_dissipation_is_positive_along_a_run():
 def fixed_steps(c, duration, steps):
     """The final state with equal steps: no tolerance can be missed, and the longest step is what is asked for."""
     scenario = oracles.scenario_of(c, f'[run]\nduration = "{duration!r} s"\ninterval = "{duration!r} s"')
-    controls = pack_controls([scenario], 1e300)
-    controls["longest"] = duration / steps * (1 + 1e-12)
-    inputs = [
-        (pack_magnets([scenario]), FieldSource),
-        (controls, Control),
-        (pack_bounds([scenario]), Bounds),
-        (pack_schedules([scenario]), Schedule),
-    ]
     system = system_of(scenario)
-    arrays = [
-        wp.array(pack_bodies([scenario]), dtype=Swimmer, device="cpu"),
-        system.medium.pack([scenario], "cpu"),
-        pack_drives([scenario], "cpu"),
-        *(wp.array(values, dtype=kind, device="cpu") for values, kind in inputs),
-    ]
     progress = wp.array(structs(Progress, [{"state": oracles.start_of(c), "step": 1.0}]), dtype=Progress, device="cpu")
     records = wp.zeros((1, 2), dtype=Record, device="cpu")
-    inputs = [*arrays, 2 * steps, progress, records, pack_memory((), "cpu")]
-    wp.launch(build_advance(system, DOP853), dim=1, inputs=inputs, device="cpu")
+    runs = packed(system, [scenario], Stepping(DOP853, 1e300), progress, records, pack_memory((), "cpu"))
+    control = runs.controls.numpy()
+    control["longest"] = duration / steps * (1 + 1e-12)
+    runs.controls.assign(control)
+    wp.launch(build_advance(system, DOP853), dim=1, inputs=[runs, 2 * steps], device="cpu")
     end = progress.numpy()[0]
     assert end["steps"] == steps
     assert end["rejected"] == 0

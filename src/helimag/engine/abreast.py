@@ -11,7 +11,6 @@ from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State
 from helimag.physics.magnetics import FieldSource
 
-
 States = wp.types.matrix(shape=(LANES, 7), dtype=wp.float64)  # of as many as there are lanes
 Spins = wp.types.matrix(shape=(LANES, 2), dtype=wp.float64)
 Angles = wp.types.vector(length=LANES, dtype=wp.float64)

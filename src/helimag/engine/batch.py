@@ -11,18 +11,19 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from helimag.engine.columns import build_columns
 from helimag.engine.control import Control, pack_controls
 from helimag.engine.events import Bounds, pack_bounds
 from helimag.engine.history import History
 from helimag.engine.lanes import MOST_MAGNETS_IN_LANES
 from helimag.engine.loop import build_advance
+from helimag.engine.medium import OPEN_WATER
 from helimag.engine.methods import MULTIREVOLUTION, Method
 from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
 from helimag.engine.progress import Progress
 from helimag.engine.samples import Record, Schedule, pack_schedules, sample_times
 from helimag.engine.structures import reader, structs
-from helimag.engine.medium import OPEN_WATER
-from helimag.engine.system import System, clear_of_walls, frame_moves, leaps_hold
+from helimag.engine.system import MAGNET_MODELS, System, clear_of_walls, frame_moves, leaps_hold
 from helimag.engine.turn_memory import memory_reader, pack_memory
 from helimag.outcomes import End
 from helimag.physics.balance import Swimmer
@@ -92,9 +93,13 @@ def first_leap(system: System, drive: Drive) -> float:
 
 
 def fits_lanes(system: System, scenarios: Sequence[Scenario], settings: Stepping) -> bool:
-    """Whether runs are followed in the lanes of vector registers: on a CPU, clear of walls, their magnets cut alike."""
-    leaps = settings.method.leaps and leaps_hold(system) and clear_of_walls(system).medium == OPEN_WATER
-    if not leaps or settings.device != "cpu":
+    """Whether runs are followed in the lanes of vector registers: on a CPU, clear of walls, their magnets cut alike.
+
+    The formulas must be those that :mod:`helimag.engine.lanes` is known to translate.
+    """
+    leaps = settings.method.leaps and leaps_hold(system)
+    known = system.magnet in MAGNET_MODELS.values() and clear_of_walls(system).medium == OPEN_WATER
+    if not (leaps and known and settings.device == "cpu"):
         return False
     slices = pack_magnets(scenarios)["slices"]
     return slices.shape[1] <= MOST_MAGNETS_IN_LANES and not np.ptp(slices, axis=0).any()
@@ -107,6 +112,27 @@ def build_kernel(system: System, method: Method, lanes: bool, abreast: bool) -> 
     from helimag.engine.pool import build_advance_abreast
 
     return build_advance_abreast(system, replace(method, name=""))
+
+
+def packed(
+    system: System,
+    scenarios: Sequence[Scenario],
+    settings: Stepping,
+    progress: wp.array,
+    records: wp.array,
+    memory: Any,
+) -> Any:
+    """Runs as the kernels take them, from where they stand."""
+    runs, device = build_columns(system)(), settings.device
+    runs.bodies = wp.array(pack_bodies(scenarios), dtype=Swimmer, device=device)
+    runs.surroundings = system.medium.pack(scenarios, device)
+    runs.drives = pack_drives(scenarios, device)
+    runs.magnets = wp.array(pack_magnets(scenarios), dtype=FieldSource, device=device)
+    runs.controls = wp.array(pack_controls(scenarios, settings.tolerance), dtype=Control, device=device)
+    runs.bounds = wp.array(pack_bounds(scenarios), dtype=Bounds, device=device)
+    runs.schedules = wp.array(pack_schedules(scenarios), dtype=Schedule, device=device)
+    runs.progress, runs.records, runs.memory = progress, records, memory
+    return runs
 
 
 class Batch:
@@ -140,18 +166,6 @@ class Batch:
         lanes, abreast = fits_lanes(system, scenarios, settings), len(scenarios) > 1
         self._kernel = build_kernel(system, settings.method, lanes, abreast)
         self._begun = time.perf_counter()
-        inputs = (
-            (pack_magnets(scenarios), FieldSource),
-            (pack_controls(scenarios, settings.tolerance), Control),
-            (pack_bounds(scenarios), Bounds),
-            (pack_schedules(scenarios), Schedule),
-        )
-        self._inputs = [
-            wp.array(pack_bodies(scenarios), dtype=Swimmer, device=settings.device),
-            system.medium.pack(scenarios, settings.device),
-            pack_drives(scenarios, settings.device),
-            *(wp.array(values, dtype=kind, device=settings.device) for values, kind in inputs),
-        ]
         self._progress = wp.array(progress, dtype=Progress, device=settings.device)
         self._read_progress = reader(self._progress)
         runs = {(run.duration, run.sample_interval): run for run in (scenario.run for scenario in scenarios)}
@@ -165,8 +179,9 @@ class Batch:
                 self._records[run, : known.size].assign(known)
         kept = memories or [{}] * len(scenarios)
         self._leaps = settings.method.leaps
-        self._memory = pack_memory(kept if self._leaps else (), settings.device)
-        self._remembered = memory_reader(self._memory)
+        memory = pack_memory(kept if self._leaps else (), settings.device)
+        self._remembered = memory_reader(memory)
+        self._runs = packed(system, scenarios, settings, self._progress, self._records, memory)
         self._threads, self._room = (1, _room_abreast(len(scenarios))) if lanes and abreast else (len(scenarios), [])
         self._memories = list(kept)  # as of the last launch, likewise
         self._stand = progress.copy()  # as of the last launch; replaced as a whole, so that other threads may read it
@@ -185,7 +200,7 @@ class Batch:
     def launch(self, budget: int) -> float:
         """Let each run try up to ``budget`` steps; how long that took (s)."""
         begun = time.perf_counter()
-        inputs = [*self._inputs, budget, self._progress, self._records, self._memory, *self._room]
+        inputs = [self._runs, budget, *self._room]
         wp.launch(self._kernel, dim=self._threads, inputs=inputs, device=self._device)
         if self._leaps:
             self._memories = self._remembered()

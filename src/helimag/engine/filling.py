@@ -79,16 +79,14 @@ def sample_in_leap(
 
 
 @wp.func
-def seen_in_lab(
-    drive: ArmMotion, due: wp.float64, roll: wp.float64, number: wp.float64, state: State
-) -> State:
+def seen_in_lab(drive: ArmMotion, due: wp.float64, roll: wp.float64, number: wp.float64, state: State) -> State:
     """The state at a sample that is due, moving frame and what rolled in turns before off, as the lab sees it."""
     return to_lab(drive, due, with_roll(state, roll * number))
 
 
 @cache
 def build_seen_one(system: System) -> wp.Function:
-    """Make the function that works out a leap's next sample, and remembers it; it returns the number of the one after."""
+    """Make the function that works out and remembers a leap's next sample; it returns the number of the one after."""
     part_turn, around_type = build_part_turn(system), system.medium.surroundings_type
 
     @wp.func
@@ -120,7 +118,7 @@ def build_seen_in_lanes(system: System) -> wp.Function:
     @wp.func
     def seen_in_lanes(
         body: Swimmer,
-        around: around_type,
+        around: around_type,  # noqa: ARG001 - open water, which says nothing
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         schedule: Schedule,
@@ -137,7 +135,7 @@ def build_seen_in_lanes(system: System) -> wp.Function:
         numbers = Angles()
         end = p.leap.origin + (p.leap.number + wp.float64(p.leap.turns_aimed)) * TWO_PI / wp.abs(drive.spin_rate)
         at = Sample()
-        found = int(0)
+        found = 0
         lanes = int(LANES)
         for lane in range(lanes):  # the last sample is in all lanes that are left
             if lane == 0 or (lane == found and sample_time(schedule, p.sample + lane) <= end):
@@ -158,7 +156,7 @@ def build_seen_in_lanes(system: System) -> wp.Function:
 
 @wp.struct
 class Level:
-    """How height (m) and attack angle (rad) go through a turn but for its shape: where they begin, how much they rise."""
+    """Height (m) and attack angle (rad) through a turn but for its shape: where they begin, and how much they rise."""
 
     height: wp.float64
     rise: wp.float64

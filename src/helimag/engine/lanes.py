@@ -51,7 +51,6 @@ OPERATORS: Mapping[type, str] = {
 }
 
 
-
 def shape_of(kind: Any) -> tuple[int, ...]:
     """Shape of a Warp vector or matrix type; of any other, none."""
     return tuple(getattr(kind, "_shape_", ()))
@@ -122,7 +121,8 @@ class _Writer:
     """The statements of one function, written in C++."""
 
     def __init__(self, translation: Translation, python: Any) -> None:
-        (self._source,) = ast.parse(textwrap.dedent(inspect.getsource(python))).body
+        tree = ast.parse(textwrap.dedent(inspect.getsource(python)))
+        self._source = next(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
         self._translation = translation
         closure = inspect.getclosurevars(python)
         self._known: dict[str, Any] = {**python.__globals__, **closure.nonlocals}
@@ -134,8 +134,11 @@ class _Writer:
     @property
     def takes(self) -> str:
         """The function's parameters."""
-        stored = {ast.unparse(node) for node in ast.walk(self._source) if isinstance(node, ast.Name | ast.Attribute)
-                  and isinstance(node.ctx, ast.Store)}
+        stored = {
+            ast.unparse(node)
+            for node in ast.walk(self._source)
+            if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store)
+        }
         kinds = {name: "auto" if name in stored else "const auto&" for name in self._names}
         return ", ".join(f"{kind} {name}_" for name, kind in kinds.items())
 
@@ -193,8 +196,8 @@ class _Writer:
             case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=bounds)):
                 first = bounds[0] if len(bounds) > 1 else ast.Constant(0)
                 if "wp.static" not in ast.unparse(node.body):  # type: ignore[arg-type]
-                    low, high = self._value(first), self._value(bounds[-1])
-                    return f"for (int {name}_ = {low}; {name}_ < {high}; ++{name}_) {{\n{self._block(node.body, name)}\n}}"
+                    low, high, body = self._value(first), self._value(bounds[-1]), self._block(node.body, name)
+                    return f"for (int {name}_ = {low}; {name}_ < {high}; ++{name}_) {{\n{body}\n}}"
                 turns = []
                 for i in range(int(self._meant(first)), int(self._meant(bounds[-1]))):
                     self._known[name] = i

@@ -6,6 +6,7 @@ from functools import cache
 import warp as wp
 
 from helimag.engine.charts import Place, far_off, from_chart, to_chart
+from helimag.engine.columns import build_columns
 from helimag.engine.control import Control
 from helimag.engine.events import Bounds, clearance
 from helimag.engine.filling import build_filled
@@ -26,7 +27,7 @@ from helimag.engine.medium import OPEN_WATER
 from helimag.engine.moving import to_lab, to_moving
 from helimag.engine.progress import Leap, Progress
 from helimag.engine.samples import Record, Schedule
-from helimag.engine.system import System
+from helimag.engine.system import System, clear_of_walls
 from helimag.engine.turn_memory import MOST_TURNS, SLOTS, Memory, chart_turn, slot_of, with_roll
 from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Shape, Turn, steps_between_nodes
 from helimag.physics.balance import Swimmer
@@ -446,44 +447,32 @@ def asked(
 
 @cache
 def build_answered(system: System, lanes: bool) -> wp.Function:
-    """Make the function that does with a turn that was followed what comes next; several samples at once by lanes."""
-    leapt, around_type = build_leapt(system, lanes), system.medium.surroundings_type
-    bearable = wp.constant(wp.float64(MISSED if system.medium == OPEN_WATER else MISSED_NEAR_WALLS))
+    """Make the function that does with a turn that a run asked for what comes next; with lanes for samples."""
+    clear, beyond, columns_type = clear_of_walls(system), system.medium.beyond, build_columns(system)
+    leapt = build_leapt(clear, lanes)
+    bearable = wp.constant(wp.float64(MISSED if clear.medium == OPEN_WATER else MISSED_NEAR_WALLS))
 
     @wp.func
-    def answered(
-        followed: Turn,
-        shape: Shape,
-        roll: wp.float64,
-        body: Swimmer,
-        around: around_type,
-        drive: ArmMotion,
-        magnets: wp.array(dtype=FieldSource),
-        control: Control,
-        bounds: Bounds,
-        schedule: Schedule,
-        memory: Memory,
-        run: int,
-        before: Progress,
-        records: wp.array2d(dtype=Record),
-    ) -> Progress:
-        p = before
+    def answered(runs: columns_type, run: int, followed: Turn, shape: Shape, roll: wp.float64):
+        p = runs.progress[run]
         turn = followed
+        drive, rpm, control, bound = runs.drives[run], runs.magnets[run], runs.controls[run], runs.bounds[run]
         period = TWO_PI / wp.abs(drive.spin_rate)
-        remembered(memory, run, p.leap, turn.end, shape)
+        remembered(runs.memory, run, p.leap, turn.end, shape)
         p.leap.followed += wp.int64(1)
         if not rolls_along(turn, roll, p.leap):
             turn.cosine = -ONE
         if p.leap.stage == BEGINNING:
-            p = first_followed(turn, roll, drive, magnets, bounds, period, p)
+            p = first_followed(turn, roll, drive, rpm, bound, period, p)
         elif p.leap.stage == COLUMNS:
-            p = column_followed(turn, bearable, control, memory, run, period, p)
+            p = column_followed(turn, bearable, control, runs.memory, run, period, p)
         elif p.leap.stage == GUESSING:
-            p = guess_followed(turn, drive, magnets, control, bounds, memory, run, period, p)
+            p = guess_followed(turn, drive, rpm, control, bound, runs.memory, run, period, p)
         elif turn.cosine > IN_STEP:
-            p = leapt(turn, body, around, drive, magnets, schedule, memory, run, p, records)
+            body, around, schedule = runs.bodies[run], beyond(runs.surroundings[run]), runs.schedules[run]
+            p = leapt(turn, body, around, drive, rpm, schedule, runs.memory, run, p, runs.records)
         else:
             p = put_off(p, period)
-        return p
+        runs.progress[run] = p
 
     return answered

@@ -9,6 +9,7 @@ from functools import cache
 
 import warp as wp
 
+from helimag.engine.columns import build_columns
 from helimag.engine.control import Control, build_rescaled
 from helimag.engine.events import Bounds, clearance
 from helimag.engine.methods import Method
@@ -26,7 +27,6 @@ from helimag.engine.samples import (
 from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates, clear_of_walls, leaps_hold
 from helimag.engine.touches import touches_with
-from helimag.engine.turn_memory import Memory
 from helimag.engine.turns import NODES
 from helimag.outcomes import End
 from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
@@ -145,13 +145,6 @@ def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d
     return p
 
 
-def _leaping_parts(system: System) -> tuple[wp.Function, wp.Function]:
-    """What asks for turns of the magnet, and what keeps leaps from beginning too early: imported where runs leap."""
-    from helimag.engine.leaping import asked, watched
-
-    return asked, watched
-
-
 @cache
 def build_until(system: System, method: Method) -> wp.Function:
     """Make the function that lets a run try up to ``left`` steps, and records the samples it comes to.
@@ -161,40 +154,27 @@ def build_until(system: System, method: Method) -> wp.Function:
     progress would copy it at each, some percent of the time.
     """
     attempt, looked, leaping = build_attempt(system, method), build_looked(system), method.leaps
-    asked, watched = _leaping_parts(system) if leaping else (None, None)
-    touched = system.medium.touched
+    asked, watched = _asking_parts() if leaping else (None, None)
+    touched, columns_type = system.medium.touched, build_columns(system)
 
     @wp.func
-    def until(
-        bodies: wp.array(dtype=Swimmer),
-        surroundings: wp.array(dtype=system.medium.surroundings_type),
-        drives: wp.array(dtype=system.drive_type),
-        magnets: wp.array2d(dtype=FieldSource),
-        controls: wp.array(dtype=Control),
-        bounds: wp.array(dtype=Bounds),
-        schedules: wp.array(dtype=Schedule),
-        progress: wp.array(dtype=Progress),
-        records: wp.array2d(dtype=Record),
-        memory: Memory,
-        run: int,
-        most: int,
-    ):
-        p = progress[run]
-        body, around, drive, rpm = bodies[run], surroundings[run], drives[run], magnets[run]
-        control, bound, schedule, left, fine = controls[run], bounds[run], schedules[run], int(most), int(0)
+    def until(runs: columns_type, run: int, most: int):
+        p = runs.progress[run]
+        body, around, drive, rpm = runs.bodies[run], runs.surroundings[run], runs.drives[run], runs.magnets[run]
+        control, bound, schedule, left, fine = runs.controls[run], runs.bounds[run], runs.schedules[run], most, 0
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         here, k0 = looked(body, around, sheets, drive, rpm, p)
         p.statistics = begun(p.statistics, p.sample, p.time, p.state)
         if p.time >= sample_time(schedule, p.sample):
-            p = recorded(p, schedule, run, records)
+            p = recorded(p, schedule, run, runs.records)
         while left > 0 and p.status == RUNNING and fine == 0:
             if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
                 if p.time >= p.leap.ready:
-                    p, fine = asked(body, drive, rpm, control, bound, schedule, memory, run, p)
+                    p, fine = asked(body, drive, rpm, control, bound, schedule, runs.memory, run, p)
                     left -= NODES
             end = sample_time(schedule, p.sample)
-            climb = k0[2]
             if fine == 0 and p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
+                climb = k0[2]
                 outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
                     body, around, sheets, here, drive, rpm, control, bound, end, p.time, p.step, p.state, p.middle, k0
                 )
@@ -215,11 +195,18 @@ def build_until(system: System, method: Method) -> wp.Function:
                     p.rejected += wp.int64(1)
                 left -= 1
                 if p.time >= end or p.status != RUNNING:
-                    p = recorded(p, schedule, run, records)
-        progress[run] = p
+                    p = recorded(p, schedule, run, runs.records)
+        runs.progress[run] = p
         return left, fine
 
     return until
+
+
+def _asking_parts() -> tuple[wp.Function, wp.Function]:
+    """What asks for turns of the magnet, and what keeps leaps from beginning too early: imported where runs leap."""
+    from helimag.engine.leaping import asked, watched
+
+    return asked, watched
 
 
 def build_advance(system: System, method: Method, lanes: bool = False) -> wp.Kernel:
@@ -232,72 +219,38 @@ def build_advance(system: System, method: Method, lanes: bool = False) -> wp.Ker
     return _advance(system, replace(method, name="", leaps=leaps), lanes and leaps)
 
 
-def _turn_parts(system: System, lanes: bool) -> tuple[wp.Function, wp.Function]:
-    """What follows a turn of the magnet, and what does with it what comes next: imported where runs leap."""
+@cache
+def build_turned(system: System, lanes: bool) -> wp.Function:
+    """Make the function that follows the turn a run asks for, and does with it what comes next."""
     from helimag.engine.leaping import build_answered
     from helimag.engine.leaps import build_follow
 
-    clear = clear_of_walls(system)
-    return build_follow(clear), build_answered(clear, lanes)
+    clear, beyond, columns_type = clear_of_walls(system), system.medium.beyond, build_columns(system)
+    follow, answered = build_follow(clear), build_answered(system, lanes)
+
+    @wp.func
+    def turned(runs: columns_type, run: int, fine: int):
+        around, tail = beyond(runs.surroundings[run]), runs.bounds[run].tail
+        leap = runs.progress[run].leap
+        turn, shape, roll = follow(runs.bodies[run], around, runs.drives[run], runs.magnets[run], tail, leap, fine)
+        answered(runs, run, turn, shape, roll)
+
+    return turned
 
 
 @cache
 def _advance(system: System, method: Method, lanes: bool) -> wp.Kernel:
-    until, leaping, beyond = build_until(system, method), method.leaps, system.medium.beyond
-    follow, answered = _turn_parts(system, lanes) if leaping else (None, None)
+    until, leaping, columns_type = build_until(system, method), method.leaps, build_columns(system)
+    turned = build_turned(system, lanes) if leaping else None
 
     @wp.kernel(enable_backward=False, module="unique")
-    def advance(
-        bodies: wp.array(dtype=Swimmer),
-        surroundings: wp.array(dtype=system.medium.surroundings_type),
-        drives: wp.array(dtype=system.drive_type),
-        magnets: wp.array2d(dtype=FieldSource),
-        controls: wp.array(dtype=Control),
-        bounds: wp.array(dtype=Bounds),
-        schedules: wp.array(dtype=Schedule),
-        budget: int,
-        progress: wp.array(dtype=Progress),
-        records: wp.array2d(dtype=Record),
-        memory: Memory,
-    ):
+    def advance(runs: columns_type, budget: int):
         run = wp.tid()
         left = int(budget)
-        while left > 0 and progress[run].status == RUNNING:
-            left, fine = until(
-                bodies,
-                surroundings,
-                drives,
-                magnets,
-                controls,
-                bounds,
-                schedules,
-                progress,
-                records,
-                memory,
-                run,
-                left,
-            )
+        while left > 0 and runs.progress[run].status == RUNNING:
+            left, fine = until(runs, run, left)
             if wp.static(leaping):  # noqa: SIM102 - likewise
                 if fine > 0:
-                    p = progress[run]
-                    body, around, drive, rpm = bodies[run], beyond(surroundings[run]), drives[run], magnets[run]
-                    bound = bounds[run]
-                    turn, shape, roll = follow(body, around, drive, rpm, bound.tail, p.leap, fine)
-                    progress[run] = answered(
-                        turn,
-                        shape,
-                        roll,
-                        body,
-                        around,
-                        drive,
-                        rpm,
-                        controls[run],
-                        bound,
-                        schedules[run],
-                        memory,
-                        run,
-                        p,
-                        records,
-                    )
+                    turned(runs, run, fine)
 
     return advance

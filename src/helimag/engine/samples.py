@@ -90,11 +90,20 @@ def statistics_from(t: wp.float64, state: State) -> Statistics:
 
 
 @wp.func
+def stretched(stats: Statistics, height: wp.float64) -> Statistics:
+    """The statistics with a height (m) among the extremes; by comparisons, each one instruction, as minimum is not."""
+    if height < stats.low:
+        stats.low = height
+    if height > stats.high:
+        stats.high = height
+    return stats
+
+
+@wp.func
 def statistics_with(stats: Statistics, dt: wp.float64, height: wp.float64, attack: wp.float64) -> Statistics:
     """The statistics with one more step in them, which ended at this height (m) and attack angle (rad)."""
     a = stats.last_attack
-    stats.low = wp.where(height < stats.low, height, stats.low)
-    stats.high = wp.where(height > stats.high, height, stats.high)
+    stats = stretched(stats, height)
     stats.height += HALF * dt * (stats.last_height + height)
     stats.attack += HALF * dt * (a + attack)
     stats.square += HALF * dt * (a * a + attack * attack)
@@ -118,9 +127,7 @@ def turned_within(
     root = wp.sqrt(wp.max(square * square - THREE * rise_before * cube, ZERO))
     share = rise_before / (wp.sign(rise_before) * root - square)
     turn = before + share * (rise_before + share * (square + share * cube))
-    stats.low = wp.where(turn < stats.low, turn, stats.low)
-    stats.high = wp.where(turn > stats.high, turn, stats.high)
-    return stats
+    return stretched(stats, turn)
 
 
 @wp.func
@@ -137,15 +144,12 @@ def looked_at(stats: Statistics, height: wp.float64, left: wp.float64, right: wp
     """The statistics with a height (m) in them that the head came to by a rise of ``left`` (m), as long before as it
     goes on by ``right``: where the parabola through the three turns, if there, is in them too.
     """
-    stats.low = wp.where(height < stats.low, height, stats.low)
-    stats.high = wp.where(height > stats.high, height, stats.high)
+    stats = stretched(stats, height)
     if left * right >= ZERO:
         return stats
     tilt = left + right
     turn = height - tilt * tilt / (EIGHT * (right - left))
-    stats.low = wp.where(turn < stats.low, turn, stats.low)
-    stats.high = wp.where(turn > stats.high, turn, stats.high)
-    return stats
+    return stretched(stats, turn)
 
 
 @wp.func
