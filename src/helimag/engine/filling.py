@@ -135,7 +135,7 @@ def build_seen_in_lanes(system: System) -> wp.Function:
         numbers = Angles()
         end = p.leap.origin + (p.leap.number + wp.float64(p.leap.turns_aimed)) * TWO_PI / wp.abs(drive.spin_rate)
         at = Sample()
-        found = 0
+        found = int(0)
         lanes = int(LANES)
         for lane in range(lanes):  # the last sample is in all lanes that are left
             if lane == 0 or (lane == found and sample_time(schedule, p.sample + lane) <= end):

@@ -161,7 +161,7 @@ def build_until(system: System, method: Method) -> wp.Function:
     def until(runs: columns_type, run: int, most: int):
         p = runs.progress[run]
         body, around, drive, rpm = runs.bodies[run], runs.surroundings[run], runs.drives[run], runs.magnets[run]
-        control, bound, schedule, left, fine = runs.controls[run], runs.bounds[run], runs.schedules[run], most, 0
+        control, bound, schedule, left, fine = runs.controls[run], runs.bounds[run], runs.schedules[run], most, int(0)
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         here, k0 = looked(body, around, sheets, drive, rpm, p)
         p.statistics = begun(p.statistics, p.sample, p.time, p.state)

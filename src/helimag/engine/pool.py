@@ -31,10 +31,10 @@ def room(runs: int) -> list[wp.array]:
 @wp.func
 def next_steps(waiting: wp.array(dtype=Waiting)) -> int:
     """Steps of the turns to be followed next: the most that a register's worth of runs waits for, or else most runs."""
-    best = 0
-    most = 0
+    best = int(0)
+    most = int(0)
     for fine in range(1, MOST_STEPS + 1):
-        count = 0
+        count = int(0)
         for run in range(waiting.shape[0]):
             if waiting[run].fine == fine:
                 count += 1
@@ -47,7 +47,7 @@ def next_steps(waiting: wp.array(dtype=Waiting)) -> int:
 @wp.func
 def lined_up(waiting: wp.array(dtype=Waiting), fine: int, lanes: wp.array(dtype=wp.int32)) -> int:
     """Put runs that wait for turns of so many steps into lanes, the first of them again where none is left."""
-    count = 0
+    count = int(0)
     for run in range(waiting.shape[0]):
         if waiting[run].fine == fine and count < WIDTH:
             lanes[count] = run
