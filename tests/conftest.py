@@ -1,7 +1,9 @@
 """What all tests share: a command line to run, and independence of what this machine has compiled before."""
 
+import importlib.util
 import signal
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
@@ -23,3 +25,13 @@ def nothing_said_of_compiling() -> Iterator[None]:
 def helimag() -> Callable[..., command_line.Said]:
     """Run a command line in this process: (status, stdout, stderr)."""
     return command_line.run
+
+
+@pytest.fixture(scope="session")
+def random_runs():
+    """The module benchmarks/random_runs.py."""
+    place = Path(__file__).parents[1] / "benchmarks" / "random_runs.py"
+    spec = importlib.util.spec_from_file_location("random_runs", place)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

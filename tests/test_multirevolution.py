@@ -1,8 +1,6 @@
 """Leaps over turns of the magnet, held against direct steps at a tolerance of 1e-11."""
 
-import importlib.util
 from contextlib import closing
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -235,16 +233,6 @@ def test_a_chart_leads_back_to_the_state():
 def test_a_chart_ends_before_its_coordinates_do():
     assert not far_off(Place(9.0, 9.0, 9.0, 0.7, -0.7, -1.4))
     assert all(far_off(Place(0.0, 0.0, 0.0, *place)) for place in ((0.9, 0.0, 0.0), (0.0, -0.9, 0.0), (0.0, 0.0, -1.6)))
-
-
-@pytest.fixture(scope="module")
-def random_runs():
-    """The module benchmarks/random_runs.py."""
-    place = Path(__file__).parents[1] / "benchmarks" / "random_runs.py"
-    spec = importlib.util.spec_from_file_location("random_runs", place)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def test_a_device_that_is_swung_and_not_rolled_has_its_attitude_at_samples(random_runs):

@@ -232,7 +232,7 @@ class _Writer:
                 return f"({self._value(left)} {OPERATORS[type(op)]} {self._value(right)})"
             case ast.Call(func=ast.Attribute(value=ast.Name(id="wp"), attr=name), args=given) if name in EACH:
                 return f"each_{name}({', '.join(self._value(value) for value in given)})"
-            case ast.Call(func=called, args=given):
+            case ast.Call(func=called, args=given) if getattr(self._meant(called), "func", self) is not None:
                 return self._call(self._meant(called), given)
         raise self._unknown(node)
 
