@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from helimag.errors import InputError
 from helimag.vision.calibration.in_air import board_pose
-from helimag.vision.calibration.joint import BOARDS, INDEX, LENS, SECOND, WALLS, Joint
+from helimag.vision.calibration.joint import BOARDS, INDEX, LENS, SECOND, THICKNESS, WALL_INDEX, WALLS, Joint
 from helimag.vision.calibration.pictures import Corners, Found
 from helimag.vision.calibration.placements import Pose
 from helimag.vision.calibration.session import Session
@@ -103,7 +103,8 @@ def _with_walls(problem: Joint, found: Found, second: Pose, walls: list[Floats])
         values[LENS * view : LENS * (view + 1)] = [*lens, *camera.distortion[:4]]
         values[WALLS + 3 * view : WALLS + 3 * view + 3] = walls[view]
     values[SECOND : SECOND + 6] = second.six
-    values[INDEX] = session.indices[2]
+    values[[WALL_INDEX, INDEX]] = session.indices[1:]
+    values[THICKNESS : THICKNESS + 2] = session.thickness
     posed = (problem.camera(values, 0), problem.camera(values, 1))
     placed = [_wall_of(posed[0], Pose(np.eye(3), np.zeros(3))), _wall_of(posed[1], second)]
     for index, (kind, name, views) in enumerate(problem.pictures):

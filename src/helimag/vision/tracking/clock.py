@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from helimag.vision.cameras import Rig
 from helimag.vision.tracking.alignment import LEAST_FRAMES, Offset, at, by_roll, rolling
 from helimag.vision.tracking.detection import HALF, SDS, along_and_across
-from helimag.vision.tracking.pose import residuals, solve
+from helimag.vision.tracking.pose import Fit, residuals, solve
 from helimag.vision.tracking.search import Sighting
 from helimag.vision.tracking.views import PreparedView
 
@@ -82,43 +82,60 @@ def by_meeting(views: Views, frames: Numbers, length: float, rig: Rig, start: fl
     Clock or None
         None where too few frames are left, or the device does not move across the lines of sight.
     """
-    first, second = (view.sighting for view in views)
-    time, value = first.time[frames], start
-    for last in range(ROUNDS + 1):
-        rates = clock_rates(second, time, value)
-        other = at(second, time + value)
-        good = np.isfinite(rates[:, 0]) & np.isfinite(other[:, 0])
-        if good.sum() < LEAST_FRAMES:
+    value = start
+    for _ in range(ROUNDS):
+        near = _linear(views, frames, rig, value, length)
+        if near is None:
             return None
-        rows = (first.rows[frames[good]], other[good])
-        fit = solve(rig, *rows, length)
-        spread = np.concatenate([part[:, SDS] for part in rows], axis=1)
-        moved = np.concatenate([np.zeros_like(rates[good]), along_and_across(rates[good], rows[1][:, HALF])], axis=1)
-        longer = residuals(rig, rows, fit.middle, fit.axis, length + LENGTH_STEP) - fit.rest
-        slopes = _unexplained(fit.gain * spread[:, None, :], np.stack([moved / spread, longer / LENGTH_STEP], axis=2))
-        influence = _influence(slopes)
-        if influence is None:
-            return None
-        if last < ROUNDS:
-            value, length = np.array([value, length]) - np.einsum("pnk,nk->p", influence, fit.rest)
-    by_number = -influence[0] / spread  # of the offset alone (s/px)
-    variants = np.array(
-        [
-            float(
-                np.sum(
-                    influence[0]
-                    * (residuals(replace(rig, cameras=pair), rows, fit.middle, fit.axis, length) - fit.rest)
-                )
-            )
-            for pair in rig.variants
-        ]
-    )
+        value, length = np.array([value, length]) - np.einsum("pnk,nk->p", near.influence, near.fit.rest)
+    near = _linear(views, frames, rig, value, length)
+    if near is None:
+        return None
+    numbers = -near.influence[0] / near.spread
     fresh, lasting = (np.concatenate(pair) for pair in zip(*((v.fresh, v.lasting) for v in views), strict=True))
-    own = float(np.sqrt(np.sum((by_number * fresh) ** 2)))
-    numbers = by_number.sum(axis=0)
+    own = float(np.sqrt(np.sum((numbers * fresh) ** 2)))
+    by_number = numbers.sum(axis=0)
     if not rig.variants:
-        own = float(np.hypot(own, _by_accuracy(rig, numbers, fit.middle)))
-    return Clock(float(value), True, own, numbers, variants, lasting)
+        own = float(np.hypot(own, _by_accuracy(rig, by_number, near.fit.middle)))
+    variants = [float(np.sum(near.influence[0] * near.beside(replace(rig, cameras=pair)))) for pair in rig.variants]
+    return Clock(float(value), True, own, by_number, np.array(variants), lasting)
+
+
+class _Linear(NamedTuple):
+    """Both views' rows at an offset, the fit to them, its standard deviations (n, 8), and by how much offset and length
+    follow numbers over those (2, n, 8)."""
+
+    rows: tuple[Floats, Floats]
+    fit: Fit
+    length: float
+    spread: Floats
+    influence: Floats
+
+    def beside(self, rig: Rig, longer: float = 0.0) -> Floats:
+        """By how much the numbers over their standard deviations differ by another rig, or of a longer device."""
+        middle, axis = self.fit.middle, self.fit.axis
+        return np.asarray(residuals(rig, self.rows, middle, axis, self.length + longer) - self.fit.rest)
+
+
+def _linear(views: Views, frames: Numbers, rig: Rig, value: float, length: float) -> _Linear | None:
+    """None where too few frames are left, or the numbers do not tell the offset."""
+    first, second = (view.sighting for view in views)
+    time = first.time[frames]
+    rates, other = clock_rates(second, time, value), at(second, time + value)
+    good = np.isfinite(rates[:, 0]) & np.isfinite(other[:, 0])
+    if good.sum() < LEAST_FRAMES:
+        return None
+    rows = (first.rows[frames[good]], other[good])
+    fit = solve(rig, *rows, length)
+    spread = np.concatenate([part[:, SDS] for part in rows], axis=1)
+    moved = along_and_across(rates[good], rows[1][:, HALF])
+    near = _Linear(rows, fit, length, spread, np.zeros((2, *spread.shape)))
+    slopes = np.stack(
+        [np.concatenate([np.zeros_like(moved), moved], axis=1) / spread, near.beside(rig, LENGTH_STEP) / LENGTH_STEP],
+        axis=2,
+    )
+    influence = _influence(_unexplained(fit.gain * spread[:, None, :], slopes))
+    return None if influence is None else near._replace(influence=influence)
 
 
 def _by_accuracy(rig: Rig, numbers: Floats, places: Floats) -> float:
