@@ -22,6 +22,7 @@ INDEX_RANGE = (1.05, 1.9)  # of liquids, with room for a wrong first guess
 LENS = 8  # fx, fy, cx, cy, k1, k2, p1, p2 of a camera
 SECOND, WALLS, INDEX = 2 * LENS, 2 * LENS + 6, 2 * LENS + 12
 WALL_INDEX, THICKNESS, BOARDS = INDEX + 1, INDEX + 2, INDEX + 4
+UNTOLD = (WALL_INDEX, THICKNESS, THICKNESS + 1)  # by pictures: walls that lie elsewhere look nearly the same
 ROBUST = 0.5  # px from which a corner counts less
 ROUNDS = 40  # of Levenberg and Marquardt's method; from a good start it needs 4 to 8
 SETTLED = 1e-6  # share of the cost that a round must still gain
@@ -111,7 +112,7 @@ class Joint:
         counted = fitted.counted
         jacobian, residuals = self.jacobian(fitted.values)[counted], fitted.residuals[counted]
         picture = self.picture[counted]
-        factor = widening(jacobian, residuals, picture, BOARDS)
+        factor = widening(np.delete(jacobian, UNTOLD, axis=1), residuals, picture, BOARDS - len(UNTOLD))
         covariance = fitted.covariance * factor
         datum, rows = self.datum(), picture == (self.datum().start - BOARDS) // 6
         covariance[datum, datum] += excess(jacobian[rows, datum], residuals[rows], factor * fitted.noise**2)
@@ -212,7 +213,7 @@ class Joint:
     def _given(self, oil_known: bool, noise: float) -> Given:
         """What the session gives of walls and oil, weighed against corners with a noise (px)."""
         session = self.session
-        places = [WALL_INDEX, THICKNESS, THICKNESS + 1] + [INDEX] * oil_known
+        places = [*UNTOLD] + [INDEX] * oil_known
         values = [session.indices[1], session.thickness, session.thickness, session.indices[2]]
         sds = [session.index_sds[0], session.thickness_sd, session.thickness_sd, session.index_sds[1]]
         count = len(places)
