@@ -176,7 +176,7 @@ def test_oblique_runs_are_tracked_with_honest_uncertainty(wobbling: dict[str, Pa
 
 
 def test_the_clock_is_told_to_a_fraction_of_a_millisecond(wobbling: dict[str, Path], true_rig: Rig) -> None:
-    """And by lines of sight that meet; the device moves by 100 px/s, and its ends are found to some hundredths of one."""
+    """The device moves by 100 px/s, and its ends are found to some hundredths of a pixel."""
     run = track(wobbling["front"], wobbling["below"], true_rig, initial_gap=0.102)
     off = abs(float(run.dataset.attrs["clock_offset"]) - 0.1)
     assert off < 0.5e-3

@@ -106,6 +106,11 @@ class Joint:
         """Number of the picture that each residual is of."""
         return np.concatenate([np.repeat(group.picture, 2) for group in self.groups])
 
+    @cached_property
+    def in_oil(self) -> Flags:
+        """Residuals of pictures in the tank: (2 x corners,)."""
+        return np.concatenate([np.full(2 * group.pixels.shape[0], group.medium == "oil") for group in self.groups])
+
     def widened(self, fitted: Fitted) -> tuple[Fitted, float]:
         """A fit with a covariance that allows for errors which the corners of one picture share, and by how much; and
         for a datum that is seen less sharply than the other pictures."""
