@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 pytest.importorskip("cv2")
 pytest.importorskip("av")
@@ -18,6 +19,7 @@ from helimag.vision.calibration.pictures import Found
 from helimag.vision.calibration.placements import Pose
 from helimag.vision.calibration.session import View
 from helimag.vision.calibration.shared_errors import excess, widening
+from helimag.vision.calibration.starts import _faces
 from helimag.vision.synthetic.photographs import _alone, _in_tank
 
 SIZE, TEXELS, FINE = 640, 120, 4
@@ -197,3 +199,26 @@ def test_chance_widens_nothing() -> None:
         more.append(excess(few, alone - few @ np.linalg.lstsq(few, alone, rcond=None)[0], 1.0).any())
     assert np.sum(np.array(factors) > 1.0) <= 7
     assert np.sum(more) <= 7
+
+
+def test_a_datum_that_seems_to_lean_the_other_way_is_seen_right_by_the_other_camera() -> None:
+    """Seen through the wall as if there were none, this board is 33 deg off in the first view."""
+    rig, board = paper_rig(seed=90, angle=np.radians(30.0)), Board()
+    turn = Rotation.from_rotvec([-0.923, -0.211, -0.261]).as_matrix()
+    place = 1e-3 * np.array([13.3, -2.6, -20.9])
+    numbers = np.arange(35)
+    found: Found = [
+        {"air": {}, "oil": {"datum": (numbers, camera.project(Pose(turn, place).of(board.corners)))}}
+        for camera in rig.cameras
+    ]
+    one, two = (View(camera.name, Path(), Path(), 0.35) for camera in rig.cameras)
+    session = Session((one, two), board, rig.tank, 5e-3, (1.0, 1.49, 1.40), False, "datum", turn, place, 1e-3)
+    first, second = (replace(camera, rotation=np.eye(3), translation=np.zeros(3), wall=None) for camera in rig.cameras)
+    poses = [Pose(camera.rotation, camera.translation) for camera in rig.cameras]
+    walls = _faces(session, found, (first, second), poses[1].after(poses[0].inverse))
+    assert walls is not None
+    for camera, (lean_x, lean_y, distance) in zip(rig.cameras, walls, strict=True):
+        assert camera.wall is not None
+        normal = camera.rotation @ camera.wall.normal
+        assert [lean_x, lean_y] == pytest.approx(normal[:2] / normal[2], abs=0.02)
+        assert distance == pytest.approx((camera.wall.point - camera.centre) @ camera.wall.normal, abs=2e-3)
