@@ -1,7 +1,8 @@
 """Synthetic rigs at several angles to the walls, each calibrated from its own pictures, and runs filmed with each.
 
 Run: python benchmarks/vision_seeds.py [SEEDS] [SECONDS] [ANGLES] [MINUTES]. Every seed draws its own camera poses,
-lenses, walls, light, noise, lost frames (5 %) and clock offset, and a run: held, wobbling or falling in turn. At every
+lenses, walls, light, noise, lost frames (5 %) and clock offset, and a run: held, wobbling or falling in turn. Walls'
+thicknesses and the indices of wall and oil are drawn by as much as a session takes them to be uncertain. At every
 angle every fifth session is spoilt in ten ways, and each should be refused. SEEDS is a number, or first:last such as
 10:20; after MINUTES (default: no limit) no further rig is begun. A table a rig angle: errors against the truth,
 chi-square a point (3 is due) and on each axis (1 is due), of the attack angle and of the clocks' offset (1 is due), of
@@ -18,6 +19,7 @@ import time
 import tomllib
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -179,9 +181,27 @@ def refusals(session: Path) -> int:
     return refused
 
 
+def built(rig: Rig, seed: int) -> Rig:
+    """The rig with walls and oil off what is given of them; inner faces stay where they are."""
+    random = np.random.default_rng([seed, 2])
+    index_off = random.normal(0.0, Session.index_sds)
+    cameras = []
+    for camera in rig.cameras:
+        if camera.wall is None:
+            raise ValueError("a rig of this benchmark has walls")
+        wall, thicker = camera.wall, float(random.normal(0.0, Session.thickness_sd))
+        air, glass, oil = wall.indices
+        indices = (air, glass + index_off[0], oil + index_off[1])
+        point = wall.point - thicker * wall.normal
+        moved = replace(wall, point=point, thickness=wall.thickness + thicker, indices=indices)
+        cameras.append(replace(camera, wall=moved))
+    return replace(rig, cameras=(cameras[0], cameras[1]))
+
+
 def one(angle: float, seed: int, duration: float, folder: Path) -> Row:
-    true = paper_rig(seed=seed, angle=np.radians(angle))
+    true = built(paper_rig(seed=seed, angle=np.radians(angle)), seed)
     session = render_session(true, folder / "calibration", seed=seed)
+    edited(lambda data: data["tank"].update(wall_thickness="5 mm", indices=[1.0, 1.49, 1.40]))(session.parent)
     kind = KINDS[seed % 3]
     row = filmed(true, calibrate(Session.load(session)).rig, kind, seed, duration, folder / "films")
     row["refused"] = float(refusals(session.parent)) if seed % 5 == 0 else float("nan")

@@ -260,12 +260,24 @@ def test_session_files_are_checked(session: Session, tmp_path: Path) -> None:
         ('square = "9 mm"', 'square = "9"', "no unit"),
         ("[datum]", "[elsewhere]", "datum"),
         ("DICT_4X4_50", "DICT_NONE", "must name a marker dictionary"),
+        ("[tank]", '[tank]\nwall_thickness_sd = "0 mm"', "tank.wall_thickness_sd must be a length greater than zero"),
+        ("[tank]", "[tank]\nwall_thickness_sd = 0.1", "tank.wall_thickness_sd must be a length such as"),
+        ("[tank]", "[tank]\nindex_sds = [0.005]", "tank.index_sds must be the standard deviations"),
+        ("[tank]", "[tank]\nindex_sds = [0.005, -0.002]", "tank.index_sds must be the standard deviations"),
+        ("[tank]", "[tank]\nindex_sds = [nan, 0.002]", "tank.index_sds must be the standard deviations"),
+        ("[tank]", "[tank]\nindex_sds = [true, 0.002]", "tank.index_sds must be the standard deviations"),
     ):
         (folder / "bad.toml").write_text(good.replace(old, new))
         with pytest.raises(InputError, match=message):
             calibrate(Session.load(folder / "bad.toml"))
     with pytest.raises(FileError):
         Session.load(tmp_path / "absent.toml")
+    assert (session.thickness_sd, session.index_sds) == (1e-4, (0.005, 0.002))
+    measured = '[tank]\nwall_thickness_sd = "20 um"\nindex_sds = [0.001, 0.0005]'
+    (folder / "measured.toml").write_text(good.replace("[tank]", measured))
+    sharper = Session.load(folder / "measured.toml")
+    assert sharper.thickness_sd == pytest.approx(2e-5)
+    assert sharper.index_sds == (0.001, 0.0005)
 
 
 def test_command(films: dict[str, Path], true_rig: Rig, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -41,7 +41,7 @@ from helimag.vision import (
 from helimag.vision.calibration.lenses import read_lens
 from helimag.vision.calibration.shared_errors import excess, widening
 from helimag.vision.silhouette import outline, silhouette
-from helimag.vision.tracking.alignment import Offset, _mean_sd
+from helimag.vision.tracking.alignment import _mean_sd
 from helimag.vision.tracking.assembly import _Joined, _spread
 from helimag.vision.tracking.detection import blobs, measure
 from helimag.vision.tracking.drawings import Errors, _roll
@@ -175,10 +175,13 @@ def test_oblique_runs_are_tracked_with_honest_uncertainty(wobbling: dict[str, Pa
     assert 0.3 < np.sqrt(np.mean(lean**2)) / run.dataset["attack_angle_sd"].values.mean() < 2.5
 
 
-def test_the_clock_is_told_by_the_roll(wobbling: dict[str, Path], true_rig: Rig) -> None:
+def test_the_clock_is_told_to_a_fraction_of_a_millisecond(wobbling: dict[str, Path], true_rig: Rig) -> None:
+    """The device moves by 100 px/s, and its ends are found to some hundredths of a pixel."""
     run = track(wobbling["front"], wobbling["below"], true_rig, initial_gap=0.102)
-    assert float(run.dataset.attrs["clock_offset"]) == pytest.approx(0.1, abs=3e-3)
-    assert float(run.dataset.attrs["clock_offset_sd"]) < 2e-3
+    off = abs(float(run.dataset.attrs["clock_offset"]) - 0.1)
+    assert off < 0.5e-3
+    assert 0.1e-3 < float(run.dataset.attrs["clock_offset_sd"]) < 0.4e-3
+    assert off < 3.0 * float(run.dataset.attrs["clock_offset_sd"])
 
 
 def test_films_in_the_wrong_order_are_refused(wobbling: dict[str, Path], true_rig: Rig) -> None:
@@ -507,7 +510,7 @@ def test_films_say_whether_their_frames_are_predicted(tmp_path: Path) -> None:
 def test_uncertainty_follows_the_compression(
     rate_factor: int, wobbling: dict[str, Path], true_rig: Rig, tmp_path: Path
 ) -> None:
-    """The same film compressed less and more: heights are off by 3 and 12 um or so, and as much is claimed."""
+    """The same film compressed less and more: heights are off by 2 and 6 um or so, and as much is claimed."""
     films = []
     for name in ("front", "below"):
         source = Film(wobbling[name])
@@ -521,7 +524,7 @@ def test_uncertainty_follows_the_compression(
     off = (run.dataset["position"].values - truth.dataset["position"].values[place])[:, 2]
     claimed = np.sqrt(run.dataset["position_covariance"].values[:, 2, 2].mean())
     assert 0.4 < np.sqrt(np.mean(off**2)) / claimed < 1.7
-    assert bool(claimed > 6e-6) is (rate_factor > 20)
+    assert bool(claimed > 4e-6) is (rate_factor > 20)
 
 
 def test_noise_of_a_swinging_device_is_its_noise() -> None:
@@ -575,10 +578,11 @@ def test_a_clock_that_is_off_turns_a_swinging_device() -> None:
     rows = np.zeros((time.size, 13))
     rows[:, 0], rows[:, 1] = 100.0 * time, 3.0 * lean
     rows[:, 2], rows[:, 3] = 45.0 * np.cos(lean), 45.0 * np.sin(lean)
-    views = [PreparedView(Sighting(time + late, rows), np.zeros(4), np.zeros(4), None) for late in (0.0, 0.01)]
+    one, two = (PreparedView(Sighting(time + late, rows), np.zeros(4), np.zeros(4), None) for late in (0.0, 0.01))
+    views = (one, two)
     frames = np.arange(5, 35)
     joined = _Joined(frames, (rows[frames], rows[frames]), None, 0.0, 1.0, frames)  # type: ignore[arg-type]
-    clock = _spread(joined, views, Offset(lag, sd, True)).clock
+    clock = sd * _spread(joined, views, lag).clock
     speed = 0.1 * rate * np.cos(rate * time[frames])
     assert not clock[:, :4].any()
     assert clock[:, 7] == pytest.approx(45.0 * speed * sd, rel=0.01, abs=1e-4)

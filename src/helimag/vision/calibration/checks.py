@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import InputError
-from helimag.vision.calibration.joint import INDEX, INDEX_SD, WALLS, Fitted, Joint
+from helimag.vision.calibration.joint import INDEX, WALLS, Fitted, Joint
 from helimag.vision.calibration.session import FACES, Session
 from helimag.vision.cameras import Camera, Rig
 
@@ -46,7 +46,7 @@ def check_index(session: Session, fitted: Fitted) -> None:
         With both numbers.
     """
     found, declared = float(fitted.values[INDEX]), session.indices[2]
-    sd = float(np.hypot(fitted.spread(INDEX), INDEX_SD))
+    sd = float(np.hypot(fitted.spread(INDEX), session.index_sds[1]))
     if not abs(found - declared) <= CERTAIN * sd:
         raise InputError(
             f"tank.indices must fit the pictures: they show an oil of index {found:.4f} ± {sd:.4f}, and "

@@ -1,4 +1,4 @@
-"""The joint fit of lenses, extrinsics, walls, index and boards to all pictures, in air and in the tank."""
+"""The joint fit of lenses, extrinsics, walls, indices and boards to all pictures, in air and in the tank."""
 
 import itertools
 from dataclasses import dataclass, replace
@@ -19,9 +19,10 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 INDEX_RANGE = (1.05, 1.9)  # of liquids, with room for a wrong first guess
-INDEX_SD = 0.002  # of an index that was looked up or measured with a refractometer
 LENS = 8  # fx, fy, cx, cy, k1, k2, p1, p2 of a camera
-SECOND, WALLS, INDEX, BOARDS = 2 * LENS, 2 * LENS + 6, 2 * LENS + 12, 2 * LENS + 13
+SECOND, WALLS, INDEX = 2 * LENS, 2 * LENS + 6, 2 * LENS + 12
+WALL_INDEX, THICKNESS, BOARDS = INDEX + 1, INDEX + 2, INDEX + 4
+UNTOLD = (WALL_INDEX, THICKNESS, THICKNESS + 1)  # by pictures: walls that lie elsewhere look nearly the same
 ROBUST = 0.5  # px from which a corner counts less
 ROUNDS = 40  # of Levenberg and Marquardt's method; from a good start it needs 4 to 8
 SETTLED = 1e-6  # share of the cost that a round must still gain
@@ -39,6 +40,18 @@ class Corners(NamedTuple):
     points: Floats
     picture: NDArray[np.int64]
     pixels: Floats
+
+
+class Given(NamedTuple):
+    """Values that are measured by other means: their places (k,), the values, and their weights (px a unit)."""
+
+    places: NDArray[np.int64]
+    values: Floats
+    weights: Floats
+
+    def off(self, values: Floats) -> Floats:
+        """By how much a fit's values are off what is given (k,), in px."""
+        return np.asarray(self.weights * (values[self.places] - self.values))
 
 
 @dataclass(frozen=True)
@@ -67,10 +80,12 @@ class Fitted:
 
 
 class Joint:
-    """The fit, in the first camera's frame: [two lenses | second camera 6 | walls 2 x 3 | oil's index | boards 6 each].
+    """The fit, in the first camera's frame: [two lenses | second camera 6 | walls 2 x 3 | oil's index | walls' index |
+    walls' two thicknesses | boards 6 each].
 
-    A wall is (lean x, lean y, distance) in its own camera's frame: its normal is along (lean x, lean y, 1). The board
-    of a picture that one camera took alone is in that camera's frame.
+    Thicknesses and the walls' index count as measured once, since pictures hardly tell them. A wall is (lean x, lean y,
+    distance) in its own camera's frame: its normal is along (lean x, lean y, 1). The board of a picture that one camera
+    took alone is in that camera's frame.
     """
 
     def __init__(self, session: Session, found: Found, cameras: tuple[Camera, Camera], names: dict[str, list[str]]):
@@ -91,13 +106,18 @@ class Joint:
         """Number of the picture that each residual is of."""
         return np.concatenate([np.repeat(group.picture, 2) for group in self.groups])
 
+    @cached_property
+    def in_oil(self) -> Flags:
+        """Residuals of pictures in the tank: (2 x corners,)."""
+        return np.concatenate([np.full(2 * group.pixels.shape[0], group.medium == "oil") for group in self.groups])
+
     def widened(self, fitted: Fitted) -> tuple[Fitted, float]:
         """A fit with a covariance that allows for errors which the corners of one picture share, and by how much; and
         for a datum that is seen less sharply than the other pictures."""
         counted = fitted.counted
         jacobian, residuals = self.jacobian(fitted.values)[counted], fitted.residuals[counted]
         picture = self.picture[counted]
-        factor = widening(jacobian, residuals, picture, BOARDS)
+        factor = widening(np.delete(jacobian, UNTOLD, axis=1), residuals, picture, BOARDS - len(UNTOLD))
         covariance = fitted.covariance * factor
         datum, rows = self.datum(), picture == (self.datum().start - BOARDS) // 6
         covariance[datum, datum] += excess(jacobian[rows, datum], residuals[rows], factor * fitted.noise**2)
@@ -119,8 +139,8 @@ class Joint:
         matrix = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
         lean_x, lean_y, distance = values[WALLS + 3 * view : WALLS + 3 * view + 3]
         normal = np.array([lean_x, lean_y, 1.0]) / np.sqrt(1.0 + lean_x**2 + lean_y**2)
-        indices = (self.session.indices[0], self.session.indices[1], float(values[INDEX]))
-        wall = Wall(distance * normal, normal, self.session.thickness, indices)
+        indices = (self.session.indices[0], float(values[WALL_INDEX]), float(values[INDEX]))
+        wall = Wall(distance * normal, normal, float(values[THICKNESS + view]), indices)
         return replace(self.cameras[view], matrix=matrix, distortion=np.array([*bent, 0.0]), wall=wall)
 
     def residuals(self, values: Floats) -> Floats:
@@ -156,33 +176,33 @@ class Joint:
         return jacobian
 
     def fit(
-        self, start: Floats, *, counted: Flags | None = None, known_index: float | None = None, noise: float = 0.1
+        self, start: Floats, *, counted: Flags | None = None, oil_known: bool = False, noise: float = 0.1
     ) -> Fitted:
-        """Least squares from a start; a known index counts as measured once, within 0.002.
+        """Least squares from a start, with what the session gives of the walls, and where known of the oil's index.
 
         Parameters
         ----------
         counted
             Residuals that count; default all.
         noise
-            Of a corner (px), with which the known index is weighed against the corners.
+            Of a corner (px), with which what is given is weighed against the corners.
         """
-        weight = 0.0 if known_index is None else noise / INDEX_SD
+        given = self._given(oil_known, noise)
         values, residuals = start, self.residuals(start)
         count = np.ones(residuals.size, bool) if counted is None else counted
 
         def total(values: Floats, residuals: Floats) -> float:
-            index = weight * (values[INDEX] - (known_index or 0.0))
-            return _cost(residuals[count]) + 0.5 * float(index) ** 2
+            return _cost(residuals[count]) + 0.5 * float(np.sum(given.off(values) ** 2))
 
         damping, cost = 1e-4, total(values, residuals)
         for _ in range(ROUNDS):
-            scaled, slope, size = self._linear(values, residuals, count, weight, known_index or 0.0)
+            scaled, slope, size = self._linear(values, residuals, count, given)
             gained = 0.0
             while damping < STUCK and gained == 0.0:
                 step = -size * np.linalg.solve(scaled + damping * np.eye(size.size), size * slope)
                 tried = values + step
-                tried[INDEX] = np.clip(tried[INDEX], *INDEX_RANGE)
+                tried[[INDEX, WALL_INDEX]] = np.clip(tried[[INDEX, WALL_INDEX]], *INDEX_RANGE)
+                tried[THICKNESS : THICKNESS + 2] = np.maximum(tried[THICKNESS : THICKNESS + 2], 0.0)
                 fresh = self.residuals(tried)
                 lower = total(tried, fresh)
                 damping *= 0.1 if lower < cost else 10.0
@@ -195,17 +215,24 @@ class Joint:
         inverse = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True) * np.outer(size, size)
         return Fitted(values, inverse * 2.0 * cost / freedom, residuals, count)
 
-    def _linear(
-        self, values: Floats, residuals: Floats, counted: Flags, weight: float, known_index: float
-    ) -> tuple[Floats, Floats, Floats]:
+    def _given(self, oil_known: bool, noise: float) -> Given:
+        """What the session gives of walls and oil, weighed against corners with a noise (px)."""
+        session = self.session
+        places = [*UNTOLD] + [INDEX] * oil_known
+        values = [session.indices[1], session.thickness, session.thickness, session.indices[2]]
+        sds = [session.index_sds[0], session.thickness_sd, session.thickness_sd, session.index_sds[1]]
+        count = len(places)
+        return Given(np.array(places), np.array(values[:count]), noise / np.array(sds[:count]))
+
+    def _linear(self, values: Floats, residuals: Floats, counted: Flags, given: Given) -> tuple[Floats, Floats, Floats]:
         """Normal matrix scaled to a diagonal of ones, slope of the cost, and the scales: columns differ by nine
         orders."""
         trust = counted / np.sqrt(1.0 + (residuals / ROBUST) ** 2)
         jacobian = self.jacobian(values)
         normal = jacobian.T @ (jacobian * trust[:, None])
         slope = jacobian.T @ (trust * residuals)
-        normal[INDEX, INDEX] += weight**2
-        slope[INDEX] += weight**2 * (values[INDEX] - known_index)
+        normal[given.places, given.places] += given.weights**2
+        slope[given.places] += given.weights * given.off(values)
         size = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-30))
         return normal * np.outer(size, size), slope, size
 

@@ -50,6 +50,11 @@ class Session:
         (3, 3) and (3,): the board's pose there, from its own frame to the lab (m).
     accuracy
         That a tracked point is meant to have (m).
+    thickness_sd
+        Standard deviation of either wall's thickness (m); default as a caliper tells it.
+    index_sds
+        Standard deviations of the indices of wall and oil; default as sheets of plexiglass differ, and as a
+        refractometer or a table tells an oil's.
     """
 
     views: tuple[View, View]
@@ -62,6 +67,8 @@ class Session:
     rotation: Floats
     position: Floats
     accuracy: float
+    thickness_sd: float = 0.1e-3
+    index_sds: tuple[float, float] = (0.005, 0.002)
 
     @classmethod
     def load(cls, path: str | Path) -> "Session":
@@ -117,6 +124,17 @@ def _wall(table: dict[str, Any]) -> str | None:
     return wall
 
 
+def _index_sds(given: Any) -> tuple[float, float]:
+    """Standard deviations of the indices of wall and oil."""
+    numbers = isinstance(given, list) and all(isinstance(sd, (int, float)) and not isinstance(sd, bool) for sd in given)
+    if not numbers or len(given) != 2 or not all(np.isfinite(sd) and sd > 0.0 for sd in given):
+        raise InputError(
+            f"tank.index_sds must be the standard deviations of the indices of wall and oil, two numbers greater than "
+            f"zero such as [0.005, 0.002]; got {given!r}"
+        )
+    return float(given[0]), float(given[1])
+
+
 def _session(data: dict[str, Any], folder: Path) -> Session:
     board, tank, datum = data["board"], data["tank"], data["datum"]
     cameras = data["camera"]
@@ -137,6 +155,9 @@ def _session(data: dict[str, Any], folder: Path) -> Session:
     estimate = tank.get("estimate_oil", False)
     if not isinstance(estimate, bool):
         raise InputError(f"tank.estimate_oil must be true or false; got {estimate!r}")
+    thickness_sd = _length(tank, "wall_thickness_sd", "tank") if "wall_thickness_sd" in tank else Session.thickness_sd
+    if not thickness_sd > 0.0:
+        raise InputError(f"tank.wall_thickness_sd must be a length greater than zero; got {thickness_sd} m")
     angles = _lengths(datum["rotation"], "datum.rotation", q.ANGLE)
     return Session(
         views=(views[0], views[1]),
@@ -155,4 +176,6 @@ def _session(data: dict[str, Any], folder: Path) -> Session:
         rotation=np.asarray(Rotation.from_rotvec(angles).as_matrix()),
         position=_lengths(datum["position"], "datum.position"),
         accuracy=_length(data, "accuracy", "session") if "accuracy" in data else 0.15e-3,
+        thickness_sd=thickness_sd,
+        index_sds=_index_sds(tank.get("index_sds", list(Session.index_sds))),
     )

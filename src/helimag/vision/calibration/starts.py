@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from helimag.errors import InputError
 from helimag.vision.calibration.in_air import board_pose
-from helimag.vision.calibration.joint import BOARDS, INDEX, LENS, SECOND, WALLS, Joint
+from helimag.vision.calibration.joint import BOARDS, INDEX, LENS, SECOND, THICKNESS, WALL_INDEX, WALLS, Joint
 from helimag.vision.calibration.pictures import Corners, Found
 from helimag.vision.calibration.placements import Pose
 from helimag.vision.calibration.session import Session
@@ -34,7 +34,7 @@ def starting_values(problem: Joint, session: Session, found: Found, second: Pose
     for walls in (_faces(session, found, cameras, second), _across(session)):
         if walls is not None and not (tried and tried[0][0] < CLOSE):
             values = _with_walls(problem, found, second, walls)
-            tried.append((float(np.median(np.abs(problem.residuals(values)))), values))
+            tried.append((float(np.median(np.abs(problem.residuals(values)[problem.in_oil]))), values))
     return min(tried, key=lambda pair: pair[0])[1]
 
 
@@ -43,10 +43,27 @@ def _across(session: Session) -> list[Floats]:
 
 
 def _faces(session: Session, found: Found, cameras: tuple[Camera, Camera], second: Pose) -> list[Floats] | None:
-    """Walls that coincide with faces of the tank, with the pair of cameras posed by the datum seen through them."""
+    """Walls that coincide with faces of the tank, with the pair of cameras posed by the datum seen through them.
+
+    A flat board that one camera sees aslant looks much like one that leans the other way; then the other camera's view
+    of it tells.
+    """
+    tried = []
+    for view, to_first in ((0, Pose(np.eye(3), np.zeros(3))), (1, second.inverse)):
+        seen = board_pose(session, cameras[view], found[view]["oil"][session.datum])
+        lab = Pose(session.rotation, session.position)
+        tried.append(_faces_from(session, found, cameras, second, to_first.after(seen).after(lab.inverse)))
+        if tried[-1][0] < CLOSE:
+            break
+    return min(tried, key=lambda pair: pair[0])[1]
+
+
+def _faces_from(
+    session: Session, found: Found, cameras: tuple[Camera, Camera], second: Pose, first: Pose
+) -> tuple[float, list[Floats] | None]:
+    """The walls from a first guess of where the first camera stands, and by how much the datum fits (px, median)."""
     lab = Pose(session.rotation, session.position)
     corners = [found[view]["oil"][session.datum] for view in (0, 1)]
-    first = board_pose(session, cameras[0], corners[0]).after(lab.inverse)
     walls = [_face_towards(session, pose.inverse.translation) for pose in (first, second.after(first))]
 
     def poses(values: Floats) -> tuple[Pose, Pose]:
@@ -57,14 +74,15 @@ def _faces(session: Session, found: Found, cameras: tuple[Camera, Camera], secon
         return _seen_beside(session, cameras, corners, poses(values), walls, lab)
 
     result = least_squares(misfits, first.six, x_scale="jac", loss="soft_l1", f_scale=10.0, max_nfev=TRIES)
+    misfit = float(np.median(np.abs(result.fun)))
     found_walls = []
     for pose, wall in zip(poses(result.x), walls, strict=True):
         normal = pose.rotation @ wall.normal
         distance = float((wall.point - pose.inverse.translation) @ wall.normal)
         if normal[2] < GRAZING or distance <= 0.0:
-            return None
+            return misfit, None
         found_walls.append(np.array([*(normal[:2] / normal[2]), distance]))
-    return found_walls
+    return misfit, found_walls
 
 
 def _face_towards(session: Session, place: Floats) -> Wall:
@@ -103,7 +121,8 @@ def _with_walls(problem: Joint, found: Found, second: Pose, walls: list[Floats])
         values[LENS * view : LENS * (view + 1)] = [*lens, *camera.distortion[:4]]
         values[WALLS + 3 * view : WALLS + 3 * view + 3] = walls[view]
     values[SECOND : SECOND + 6] = second.six
-    values[INDEX] = session.indices[2]
+    values[[WALL_INDEX, INDEX]] = session.indices[1:]
+    values[THICKNESS : THICKNESS + 2] = session.thickness
     posed = (problem.camera(values, 0), problem.camera(values, 1))
     placed = [_wall_of(posed[0], Pose(np.eye(3), np.zeros(3))), _wall_of(posed[1], second)]
     for index, (kind, name, views) in enumerate(problem.pictures):

@@ -61,8 +61,9 @@ def at(sighting: Sighting, times: Floats) -> Floats:
 
 
 def find_offset(first: Sighting, second: Sighting, rig: Rig) -> Offset:
-    """The clock offset at which the two views' lines of sight miss each other least.
+    """The clock offset at which the lines of sight through both views' middles miss each other least.
 
+    Right to some milliseconds: the middle between two ends as seen is not where the device's middle is seen.
     The cost is the sum of squared misses; its curvature gives the standard deviation, with misses taken to be
     independent once a half second. What calibration and detection may be off by all along counts as an offset, too.
     """
@@ -122,7 +123,7 @@ def by_roll(offset: Offset, first: Floats, second: Floats, rolls: tuple[Floats, 
     """
     step = frame_interval(first)
     unknown = Offset(0.0, offset.sd, False)
-    rate = float(np.median(_wrapped(np.diff(rolls[0])) / np.diff(first)))
+    rate = rolling(first, rolls[0])
     if not abs(rate) * (first[-1] - first[0]) > LEAST_TURN:
         return unknown
     period = 2.0 * np.pi / abs(rate)
@@ -145,6 +146,11 @@ def by_roll(offset: Offset, first: Floats, second: Floats, rolls: tuple[Floats, 
     if not (spread < LARGEST_SPREAD and abs(value - offset.value) < period / 2.0 and sd < CERTAIN * step):
         return unknown
     return Offset(value, sd, True)
+
+
+def rolling(time: Floats, roll: Floats) -> float:
+    """Rate (rad/s) of a roll (n,) that advances by less than half a turn between most frames."""
+    return float(np.median(_wrapped(np.diff(roll)) / np.diff(time)))
 
 
 def _mean_sd(ahead: Floats, time: Floats, rate: float) -> float:

@@ -16,7 +16,8 @@ from helimag.runs.trajectory import Trajectory, versions
 from helimag.vision.cameras import Rig
 from helimag.vision.films import Film
 from helimag.vision.shape import Shape
-from helimag.vision.tracking.alignment import Offset, at, by_roll, find_offset, frame_interval
+from helimag.vision.tracking.alignment import CERTAIN, at, find_offset, frame_interval
+from helimag.vision.tracking.clock import Clock, by_meeting, by_rolls, clock_rates, combined, told
 from helimag.vision.tracking.detection import HALF, along_and_across
 from helimag.vision.tracking.pose import DevicePoses, Fit, darker_end, lengths, oriented, solve
 from helimag.vision.tracking.search import Sighting, search
@@ -132,32 +133,32 @@ def assemble(
     """
     first, second = sightings
     interval = frame_interval(first.time)
-    offset = find_offset(first, second, rig) if clock_offset is None else Offset(clock_offset, 0.0, True)
-    rough = _joined(sightings, offset.value, rig, ROUGHLY_APART)
+    rough_offset = find_offset(first, second, rig).value if clock_offset is None else clock_offset
+    rough = _joined(sightings, rough_offset, rig, ROUGHLY_APART)
     poses = _poses(rough, rig, shape)
     time = first.time[rough.frames]
-    views = [
+    one, two = (
         prepared(sighting, camera, shape, time, poses, ahead, interval)
-        for sighting, camera, ahead in zip(sightings, rig.cameras, (0.0, offset.value), strict=True)
-    ]
-    if clock_offset is None:
-        offset = _clock(views, rig)
+        for sighting, camera, ahead in zip(sightings, rig.cameras, (0.0, rough_offset), strict=True)
+    )
+    views = (one, two)
+    clock = _clock(views, rig) if clock_offset is None else told(clock_offset, 0.0, rig)
     modelled = all(camera.wall is not None for camera in rig.cameras)  # else the views differ by what is left out
     limit = APART if modelled else ROUGHLY_APART
-    joined = _joined((views[0].sighting, views[1].sighting), offset.value, rig, limit)
+    joined = _joined((views[0].sighting, views[1].sighting), clock.value, rig, limit)
     poses = _poses(joined, rig, shape)
-    spread = _spread(joined, views, offset)
-    fresh = covariances(rig, shape, poses, spread, np.ones(joined.frames.size))
+    spread = _spread(joined, views, clock.value)
+    fresh = covariances(rig, shape, poses, spread, clock, np.ones(joined.frames.size))
     strays = _strays(first.time[joined.frames], poses.head, fresh.head_noise * joined.typical, interval)
     poses = DevicePoses(*(values[~strays] for values in poses))
     spread = Deviations(*(values[~strays] for values in spread))
     reason = joined.reason.copy()
     reason[joined.frames[strays]] = 3
-    attributes = _attributes(first, reason, rig, shape, offset, joined.length, interval)
+    attributes = _attributes(first, reason, rig, shape, clock, joined.length, interval)
     if scenario is not None:
         attributes["scenario"] = scenario
     attributes |= {"name": name, "initial_gap": initial_gap, "end": str(_end(poses.head[-1], rig))}
-    return _trajectory(first.time[joined.frames[~strays]], poses, spread, joined.typical, rig, shape, attributes)
+    return _trajectory(first.time[joined.frames[~strays]], poses, spread, clock, joined.typical, rig, shape, attributes)
 
 
 def _joined(sightings: tuple[Sighting, Sighting], ahead: float, rig: Rig, limit: float) -> _Joined:
@@ -198,31 +199,33 @@ def _poses(joined: _Joined, rig: Rig, shape: Shape) -> DevicePoses:
     return oriented(joined.fit, darker, joined.length / 2.0 - shape.nose)
 
 
-def _clock(views: list[PreparedView], rig: Rig) -> Offset:
-    """The clock offset from the roll that both views show, or else from lines of sight that meet, or else zero.
+def _clock(views: tuple[PreparedView, PreparedView], rig: Rig) -> Clock:
+    """The clock offset from lines of sight that meet and from the roll that both views show, as far as each tells.
 
-    Lines of sight tell a clock from a shift of one view along the tank only as far as calibration and detection go.
+    Lines of sight tell a clock from a shift of one view along the way only as far as calibration and detection go; the
+    roll tells it at any speed.
     """
-    met = find_offset(views[0].sighting, views[1].sighting, rig)
-    one, two = views[0].roll, views[1].roll
-    if one is not None and two is not None and min(one[0].size, two[0].size) > 1:
-        rolled = by_roll(met, one[0], two[0], (one[1], two[1]), float(np.hypot(one[2], two[2])))
-        if rolled.found:
-            return rolled
-    return met if met.found else Offset(0.0, met.sd, False)
+    sightings = (views[0].sighting, views[1].sighting)
+    met = find_offset(*sightings, rig)
+    rolled, meeting = by_rolls(views, rig, met), None
+    if rolled is not None or met.found:
+        start = met.value if rolled is None else rolled.value
+        joined = _joined(sightings, start, rig, ROUGHLY_APART)
+        meeting = by_meeting(views, joined.frames, joined.length, rig, start)
+    certain = CERTAIN * frame_interval(sightings[0].time)
+    known = [clock for clock in (meeting, rolled) if clock is not None and clock.sd < certain]
+    if not known:
+        return told(0.0, met.sd if np.isfinite(met.sd) else 0.0, rig, found=False)
+    return known[0] if len(known) == 1 else combined(known[0], known[1])
 
 
-def _spread(joined: _Joined, views: list[PreparedView], offset: Offset) -> Deviations:
+def _spread(joined: _Joined, views: tuple[PreparedView, PreparedView], ahead: float) -> Deviations:
     """Standard deviations of the measured numbers of each used frame; the clock moves the second view's."""
     parts = [parted(rows, view) for rows, view in zip(joined.rows, views, strict=True)]
     fresh, lasting = (np.concatenate(pair, axis=1) for pair in zip(*parts, strict=True))
-    clock = np.zeros_like(fresh)
-    if np.isfinite(offset.sd) and offset.sd > 0.0:
-        now = views[0].sighting.time[joined.frames] + offset.value
-        early, late = (at(views[1].sighting, now + shift)[:, :4] for shift in (-offset.sd, offset.sd))
-        moved = np.nan_to_num((late - early) / 2.0)
-        clock[:, 4:] = along_and_across(moved, joined.rows[1][:, HALF])
-    return Deviations(fresh, lasting, clock)
+    rates = np.nan_to_num(clock_rates(views[1].sighting, views[0].sighting.time[joined.frames], ahead))
+    moved = along_and_across(rates, joined.rows[1][:, HALF])
+    return Deviations(fresh, lasting, np.concatenate([np.zeros_like(moved), moved], axis=1))
 
 
 def _strays(time: Floats, head: Floats, covariance: Floats, interval: float) -> Flags:
@@ -267,13 +270,13 @@ def _attributes(
     reason: NDArray[np.int64],
     rig: Rig,
     shape: Shape,
-    offset: Offset,
+    clock: Clock,
     length: float,
     interval: float,
 ) -> dict[str, object]:
     gaps = gaps_of(first.time, reason, interval)
     warnings = list(rig.notes.get("warnings", []))
-    if not offset.found:
+    if not clock.found:
         warnings.append("the films show too little motion to align the clocks; they are taken to agree")
     expected = shape.length
     if abs(length / expected - 1.0) > 0.06:
@@ -292,8 +295,8 @@ def _attributes(
         "film_begin": float(first.time[0]),
         "film_end": float(first.time[-1]),
         "smoothed": f"local polynomial of degree {DEGREE} over {POINTS} frames, sharpened once",
-        "clock_offset": offset.value,
-        "clock_offset_sd": offset.sd if np.isfinite(offset.sd) else -1.0,
+        "clock_offset": clock.value,
+        "clock_offset_sd": clock.sd if np.isfinite(clock.sd) else -1.0,
         "apparent_length": length,
         "position_accuracy": rig.accuracy,
         "scale_sd": float(report.get("held_out_scale_error", 0.0)),
@@ -306,6 +309,7 @@ def _trajectory(
     time: Floats,
     poses: DevicePoses,
     spread: Deviations,
+    clock: Clock,
     typical: float,
     rig: Rig,
     shape: Shape,
@@ -315,7 +319,7 @@ def _trajectory(
     both, weights = sharpened(time, np.concatenate([poses.head, poses.axis], axis=1), interval)
     axis = both[:, 3:] / np.linalg.norm(both[:, 3:], axis=1, keepdims=True)
     level = np.sqrt(np.maximum(1.0 - axis[:, 2] ** 2, 1e-12))
-    known = covariances(rig, shape, poses, spread, np.sum(weights * weights, axis=1))
+    known = covariances(rig, shape, poses, spread, clock, np.sum(weights * weights, axis=1))
     raw = np.concatenate([poses.head, poses.axis], axis=1)
     own = 1.0 - 2.0 * weights[:, weights.shape[1] // 2] + np.sum(weights * weights, axis=1)
     lost = taken_away(raw - both, np.concatenate(noise_variances(poses, spread.fresh, own), axis=1))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.vision.cameras import Rig
-from helimag.vision.tracking.detection import SDS
+from helimag.vision.tracking.detection import HALF, SDS, along_and_across
 
 Floats = NDArray[np.float64]
 
@@ -19,7 +19,8 @@ class Fit(NamedTuple):
     """Middle (n, 3) in m, axis (n, 3) of open sense with two tangents (n, 2, 3), and the fit's quality.
 
     ``gain`` (n, 5, 8) is by how much middle and two turns move with each measured number (m/px and rad/px), ``misfit``
-    (n,) chi-square a degree of freedom, ``apart`` (n,) the root mean square of what the fit leaves of the numbers (px).
+    (n,) chi-square a degree of freedom, ``apart`` (n,) the root mean square of what the fit leaves of the numbers (px),
+    ``rest`` (n, 8) that over their standard deviations.
     """
 
     middle: Floats
@@ -28,6 +29,7 @@ class Fit(NamedTuple):
     gain: Floats
     misfit: Floats
     apart: Floats
+    rest: Floats
 
 
 class DevicePoses(NamedTuple):
@@ -84,25 +86,16 @@ def lengths(rig: Rig, first: Floats, second: Floats) -> Floats:
     return np.asarray(2.0 * np.where(scales[0] >= scales[1], sizes[0] / scales[0], sizes[1] / scales[1]))
 
 
-def _frames(rows: Floats) -> Floats:
-    """Axes along and across the device as seen: (n, 2, 2)."""
-    along = rows[:, 2:4] / np.linalg.norm(rows[:, 2:4], axis=1, keepdims=True)
-    return np.stack([along, np.stack([-along[:, 1], along[:, 0]], axis=1)], axis=1)
-
-
-def _residuals(rig: Rig, seen: tuple[Floats, Floats], middle: Floats, axis: Floats, length: float) -> Floats:
-    """Measured less predicted over standard deviation (n, 8): of each view the end that ``half`` points to, along the
-    device; the middle, across; the other end, along; the half length, across."""
+def residuals(rig: Rig, seen: tuple[Floats, Floats], middle: Floats, axis: Floats, length: float) -> Floats:
+    """Measured less predicted over standard deviation (n, 8), of each view the four numbers of
+    :func:`~helimag.vision.tracking.detection.along_and_across`."""
     parts = []
     for camera, rows in zip(rig.cameras, seen, strict=True):
         ends = camera.project(np.stack([middle + length / 2.0 * axis, middle - length / 2.0 * axis], axis=1))
         centre, half = ends.mean(axis=1), (ends[:, 0] - ends[:, 1]) / 2.0
-        turned = _frames(rows)
         sign = np.where(np.sum(rows[:, 2:4] * half, axis=1) >= 0.0, 1.0, -1.0)
-        off = np.einsum("nij,nj->ni", turned, rows[:, :2] - centre)
-        lean = np.einsum("nij,nj->ni", turned, rows[:, 2:4] - sign[:, None] * half)
-        ends_along = np.stack([off[:, 0] + lean[:, 0], off[:, 0] - lean[:, 0]], axis=1)
-        parts.append(np.stack([ends_along[:, 0], off[:, 1], ends_along[:, 1], lean[:, 1]], axis=1) / rows[:, SDS])
+        off = np.concatenate([rows[:, :2] - centre, rows[:, 2:4] - sign[:, None] * half], axis=1)
+        parts.append(along_and_across(off, rows[:, HALF]) / rows[:, SDS])
     return np.concatenate(parts, axis=1)
 
 
@@ -139,13 +132,13 @@ def solve(rig: Rig, first: Floats, second: Floats, length: float) -> Fit:
     count = middle.shape[0]
     jacobian = np.zeros((count, 8, 5))
     for _ in range(ITERATIONS):
-        base = _residuals(rig, seen, middle, axis, length)
+        base = residuals(rig, seen, middle, axis, length)
         tangents = _tangents(axis)
         for column in range(5):
             step = np.zeros((count, 5))
             step[:, column] = SHIFT if column < 3 else TURN
             moved = _moved(middle, axis, tangents, step)
-            jacobian[:, :, column] = (_residuals(rig, seen, *moved, length) - base) / step[0, column]
+            jacobian[:, :, column] = (residuals(rig, seen, *moved, length) - base) / step[0, column]
         scale = np.array([1e-3, 1e-3, 1e-3, 1.0, 1.0])  # so that the matrix is well conditioned
         scaled = jacobian * scale
         normal = np.einsum("nki,nkj->nij", scaled, scaled) + 1e-9 * np.eye(5)
@@ -155,11 +148,11 @@ def solve(rig: Rig, first: Floats, second: Floats, length: float) -> Fit:
         middle, axis = _moved(middle, axis, tangents, change * limit[:, None])
         if np.abs(change[:, :3]).max() < 1e-8:
             break
-    base = _residuals(rig, seen, middle, axis, length)
+    base = residuals(rig, seen, middle, axis, length)
     spread = np.concatenate([first[:, SDS], second[:, SDS]], axis=1)
-    gain = (np.linalg.inv(normal) @ scaled.transpose(0, 2, 1)) * scale[:, None] / spread[:, None, :]
+    gain = -(np.linalg.inv(normal) @ scaled.transpose(0, 2, 1)) * scale[:, None] / spread[:, None, :]
     apart = np.sqrt(np.mean((base * spread) ** 2, axis=1))
-    return Fit(middle, axis, tangents, gain, np.sum(base * base, axis=1) / FREEDOM, apart)
+    return Fit(middle, axis, tangents, gain, np.sum(base * base, axis=1) / FREEDOM, apart, base)
 
 
 def oriented(fit: Fit, darker: Floats, ahead: float) -> DevicePoses:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from helimag.vision.cameras import Rig
 from helimag.vision.shape import Shape
+from helimag.vision.tracking.clock import Clock
 from helimag.vision.tracking.pose import DevicePoses
 
 Floats = NDArray[np.float64]
@@ -17,7 +18,7 @@ BEYOND_NOISE = 4.0  # times the variance that noise would have; noise alone exce
 
 class Deviations(NamedTuple):
     """Of the eight measured numbers of each frame (n, 8) in px: what is fresh in every frame, what stays as long as a
-    smoothing window, and by how much the numbers would move with the clock offset's standard deviation."""
+    smoothing window, and by how much the numbers move with the clock offset (px/s)."""
 
     fresh: Floats
     lasting: Floats
@@ -32,26 +33,32 @@ class Covariances(NamedTuple):
     head_noise: Floats
 
 
-def covariances(rig: Rig, shape: Shape, poses: DevicePoses, spread: Deviations, calm: Floats) -> Covariances:
+def covariances(
+    rig: Rig, shape: Shape, poses: DevicePoses, spread: Deviations, clock: Clock, calm: Floats
+) -> Covariances:
     """Add up what is uncertain about each pose.
+
+    What the numbers and the rig are off by all along moves a pose itself, and once more by way of the clock.
 
     Parameters
     ----------
+    clock
+        With which the second view was brought to the first one's instants.
     calm
         (n,): share of the fresh noise's variance that smoothing leaves.
     """
-    noise = _carried(poses.head_gain, spread.fresh * np.sqrt(calm)[:, None]) + _carried(poses.head_gain, spread.lasting)
-    turning = _carried(poses.axis_gain, spread.fresh * np.sqrt(calm)[:, None]) + _carried(
-        poses.axis_gain, spread.lasting
-    )
-    late = [np.einsum("nik,nk->ni", gain, spread.clock) for gain in (poses.head_gain, poses.axis_gain)]
-    head = noise + np.einsum("ni,nj->nij", late[0], late[0])
-    axis = turning + np.einsum("ni,nj->nij", late[1], late[1])
     moved = rig.shifts(poses.head)
     swung = (moved - rig.shifts(poses.head + shape.tail * poses.axis)) / -shape.tail
-    head = head + np.einsum("kni,knj->nij", moved, moved)
-    axis = axis + np.einsum("kni,knj->nij", swung, swung)
-    return Covariances(head, axis, noise)
+    result = []
+    for gain, shifts in ((poses.head_gain, moved), (poses.axis_gain, swung)):
+        late = np.einsum("nik,nk->ni", gain, spread.clock)
+        noise = _carried(gain, spread.fresh * np.sqrt(calm)[:, None])
+        lasting = _carried(gain + late[:, :, None] * clock.numbers, spread.lasting)
+        shared = late * clock.variants[:, None, None] - shifts  # a rig that puts points ahead finds them behind
+        own = clock.own**2 * np.einsum("ni,nj->nij", late, late)
+        result.append((noise + lasting + own + np.einsum("kni,knj->nij", shared, shared), noise + lasting))
+    (head, head_noise), (axis, _) = result
+    return Covariances(head, axis, head_noise)
 
 
 def noise_variances(poses: DevicePoses, fresh: Floats, share: Floats) -> tuple[Floats, Floats]:

@@ -23,14 +23,24 @@ GRID = 1.0  # px by which a device may swing across before each frame finds it e
 AROUND = 11  # sightings whose mean a swing is counted from
 
 
+class Roll(NamedTuple):
+    """The device's roll in one view: times (n,) in s, rolls (n,) in rad, by how much they may be off all along (rad),
+    and by how much more a pixel that the head's end is off (rad/px), since the coil's phase is counted from it."""
+
+    time: Floats
+    angle: Floats
+    sd: float
+    by_end: float
+
+
 class PreparedView(NamedTuple):
     """A sighting whose rows point to the head and are corrected; its fresh and lasting standard deviations (4,) in px;
-    and where the device's roll is seen, its times (s), rolls and by how much they may be off all along (rad)."""
+    and where the device's roll is seen, the roll."""
 
     sighting: Sighting
     fresh: Floats
     lasting: Floats
-    roll: tuple[Floats, Floats, float] | None
+    roll: Roll | None
 
 
 def prepared(
@@ -60,10 +70,9 @@ def prepared(
         rows = corrected(rows, errors, tilt)
         fresh = frame_noise(sighting.time, rows, interval)
         lasting = errors.left
-        # phases count from the nose, whose error turns them all along; what returns with every turn cancels in a turn
         pitch = float(np.median(np.linalg.norm(forward[slender], axis=1))) / shape.turns
-        roll_sd = float(np.hypot(errors.roll_sd, 2.0 * np.pi / pitch * lasting[0]))
-        roll = (sighting.time[slender], errors.rolls(rows[slender], tilt[slender]), roll_sd)
+        by_end = errors.sense * 2.0 * np.pi / pitch
+        roll = Roll(sighting.time[slender], errors.rolls(rows[slender], tilt[slender]), errors.roll_sd, by_end)
     if sighting.predicted:
         lasting = np.hypot(lasting, returning(rows[slender], fresh))
     rows[slender, SDS] = np.hypot(fresh, lasting)
