@@ -14,7 +14,8 @@ from helimag.engine import DOP853, advance, running, system_of, walls
 from helimag.engine.packing import pack_bodies
 from helimag.engine.system import frame_moves
 from helimag.geometry import body_rotations
-from helimag.hydrodynamics.boundary import Plane, spline_coefficients
+from helimag.hydrodynamics.boundary import Plane
+from helimag.hydrodynamics.boundary.splines import spline_coefficients
 from helimag.hydrodynamics.boundary.surfaces import head_surface
 from helimag.hydrodynamics.boundary.tables import make_table
 from helimag.outcomes import End
