@@ -19,7 +19,7 @@ from helimag.engine import DOP853, MULTIREVOLUTION, History, advance
 from helimag.engine.walls import NEAR_WALLS
 from helimag.outcomes import End
 from helimag.physics.balance import SHEETS, Sheet
-from helimag.physics.walls import FloorAndSurface, seen_walls
+from helimag.physics.walls import NOW, FloorAndSurface, seen_walls
 from helimag.scenario import Scenario, load
 
 FIGURE_3 = [f"nose-first/fig3{letter}" for letter in "abc"]
@@ -122,7 +122,7 @@ def looked_up(
     """One entry of what walls add, so that none of the work is left out."""
     i = wp.tid()
     sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
-    some[i] = seen_walls(surroundings[0], positions[i], rotations[i], sheets).changes[i % 3][i % 21]
+    some[i] = seen_walls(surroundings[0], positions[i], rotations[i], sheets).changes[i % NOW][i % 6]
 
 
 def look_up_cost() -> str:

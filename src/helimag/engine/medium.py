@@ -42,9 +42,9 @@ class Medium:
         load, but where walls hold.
     local
         ``local(surroundings, position, rotation, sheets)``: what ``response`` needs to know of the surroundings there
-        (``here``), some of it on ``sheets``. It is asked once a step, about the step's middle: for what costs too much
-        to ask at every stage, and what of it changes within a step, by some twenty degrees of the magnet, ``response``
-        can tell.
+        (``here``), some of it on ``sheets``, where ``response`` may write too. It is asked once a step, about the
+        step's middle: for what costs too much to ask at every stage, and what of it changes within a step, by some
+        twenty degrees of the magnet, ``response`` can tell.
     pack
         ``pack(scenarios, device)``: an array of surroundings, one a scenario, on the device; those of a scenario that
         is in another medium are never looked at.

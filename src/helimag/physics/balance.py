@@ -8,8 +8,8 @@ ZERO = wp.constant(wp.float64(0.0))
 
 # what a medium may write down of what is around a device: memory of the kernel, SHEETS of these. A structure as large
 # would be copied at every stage of a step
-Sheet = wp.types.vector(length=24, dtype=wp.float64)
-SHEETS = wp.constant(3)
+Sheet = wp.types.vector(length=8, dtype=wp.float64)
+SHEETS = wp.constant(12)
 
 
 @wp.struct

@@ -6,6 +6,8 @@ is the same however the device rolls is kept apart from what leans towards the w
 turns upright: between the long axis and across like the cosine c of its tilt, across alone like c squared. The tables
 have it over c and c squared, and turning it back with c cos and c sin of the roll, which are two entries of the
 rotation as they stand, puts these in again: no root, no division, and nothing that breaks down where c is zero.
+
+Entries lie on sheets of eight, and each formula goes over a whole sheet: that is what makes it swift.
 """
 
 import warp as wp
@@ -22,11 +24,14 @@ SIX = wp.constant(wp.float64(6.0))
 SIXTH = wp.constant(wp.float64(1.0 / 6.0))
 ZERO = wp.constant(wp.float64(0.0))
 
-# of a symmetric 6x6: ``EVEN`` entries, then ``LEANING`` ones, then three that are not used and fill a vector register
-Change = Sheet
-EVEN = ((0, 0), (0, 3), (1, 1), (1, 4), (1, 5), (3, 3), (4, 4))
-LEANING = ((0, 1), (0, 2), (0, 4), (0, 5), (1, 3), (2, 3), (3, 4), (3, 5))  # between the long axis and across
-LEANING += ((1, 1), (1, 2), (1, 4), (1, 5), (4, 4), (4, 5))  # across alone, where blocks are symmetric, without trace
+# Entries of a symmetric 6x6 on three sheets: what is the same however the device rolls, where (4, 5) is none; what
+# leans between the long axis and across; and what leans across alone, where blocks are symmetric and have no trace
+EVEN = ((1, 1), (3, 3), (1, 4), (1, 5), (4, 4), (4, 5), (0, 0), (0, 3))
+LEANING = ((0, 1), (0, 2), (0, 4), (0, 5), (1, 3), (2, 3), (3, 4), (3, 5))
+TWICE = ((1, 1), (1, 2), (1, 4), (1, 5), (4, 4), (4, 5))
+PARTS = wp.constant(3)
+Cubics = wp.types.matrix(shape=(4, 8), dtype=wp.float64)  # of a sheet's entries, one coefficient a row
+NOW = wp.constant(9)  # first of the kernel's sheets for the mobility of the moment, behind what was looked up
 
 
 @wp.struct
@@ -37,13 +42,17 @@ class WallGrid:
     sense: wp.float64  # 1 where the water is above it, -1 where below
     middle: wp.float64  # place along x of the device's middle, m
     least: wp.float64  # gap, m
-    low: wp.float64  # its logarithm
-    per_gap: wp.float64  # nodes over logarithm
-    least_tilt: wp.float64  # rad
-    turning: wp.float64  # tilt at which nose and tail are equally near, rad
-    per_tilt: wp.vec2d  # nodes per rad, below that and above
-    reach: wp.array2d(dtype=wp.float64)  # (2, tilts + 2): how much nearer than the origin the nearest point is, m
-    changes: wp.array3d(dtype=Change)  # (2, gaps + 2, tilts + 2): change of mobility times the middle's distance
+    near: wp.float64  # the two lengths by which gaps are stretched, m
+    far: wp.float64
+    per_gap: wp.float64  # rows over stretched gap
+    low: wp.float64  # the least gap, in these rows
+    rows: wp.int32
+    turning: wp.float64  # tilt at which nose and tail are equally near, by the tangent of its half
+    first: wp.vec2d  # tangent of half the tilt of the first column, below that and above
+    per_tilt: wp.vec2d  # columns over it
+    columns: wp.int32
+    reach: wp.array(dtype=wp.vec4d)  # how much nearer than the origin the nearest point is (m): cubic of each column
+    changes: wp.array(dtype=Cubics)  # change of mobility times the middle's distance, see ``change_near``
 
 
 @wp.struct
@@ -51,6 +60,7 @@ class FloorAndSurface:
     """Floor and surface of a run, as far as there are; an array, since it is handed on at every step."""
 
     grids: wp.array(dtype=WallGrid)
+    alone: wp.array(dtype=Sheet)  # mobility in open water, on three sheets as ``mobility_now`` has it
 
 
 @wp.struct
@@ -59,7 +69,8 @@ class NearWalls:
 
     height: wp.float64  # of the place, m
     sine: wp.float64  # of the tilt there
-    changes: wp.array(dtype=Change)  # there, and its derivatives by height and sine
+    alone: wp.array(dtype=Sheet)  # mobility in open water, of which what follows is a change
+    changes: wp.array(dtype=Sheet)  # three sheets there, three of the derivative by height and three of that by sine
 
 
 @wp.func
@@ -82,57 +93,96 @@ def cubic_slopes(t: wp.float64) -> wp.vec4d:
 
 
 @wp.func
-def place_on(value: wp.float64, low: wp.float64, density: wp.float64, nodes: int) -> wp.float64:
-    """Where a value lies on evenly spaced nodes from ``low`` on, in nodes from the first; inside."""
-    return wp.clamp((value - low) * density, ZERO, wp.float64(nodes - 1))
+def cell_of(place: wp.float64, cells: int) -> wp.float64:
+    """The cell that a place on evenly spaced nodes is in, the last for its far end: a whole number."""
+    cell = wp.floor(place)
+    last = wp.float64(cells - 1)
+    if cell > last:
+        cell = last
+    return cell
 
 
 @wp.func
-def change_near(grid: WallGrid, distance: wp.float64, tilt: wp.float64, sine: wp.float64, cosine: wp.float64):
-    """Change of mobility by a wall ``distance`` (m) from the origin, nose ``tilt`` (rad) away from it.
+def summed(grid: WallGrid, first: int, y: wp.float64, along: wp.vec4d, upwards: wp.vec4d):
+    """A sheet in a column of the table, ``y`` of its width from the edge, from the four rows from ``first`` on.
 
-    With its derivatives by the distance and by the tilt's sine.
+    With weights of the rows ``along`` and with those ``upwards``; and its derivative by ``y`` with the former. Between
+    the edges of a column the table is a cubic, whose coefficients are together, and from row to row a spline: half the
+    sums that a spline both ways takes. Each goes over one sheet, which compilers make one or two instructions of.
     """
-    gaps = grid.changes.shape[1] - 2
-    tilts = grid.changes.shape[2] - 2
+    total = Sheet()
+    by_gap = Sheet()
+    by_half = Sheet()
+    node = first
+    for r in range(4):
+        cubic = grid.changes[node]
+        bending = y * cubic[3]
+        across = bending + cubic[2]
+        bending = y * (bending + across)
+        across = y * across + cubic[1]
+        bending += across
+        across = y * across + cubic[0]
+        total += along[r] * across
+        by_gap += upwards[r] * across
+        by_half += along[r] * bending
+        node += PARTS
+    return total, by_gap, by_half
+
+
+@wp.func
+def add_change(
+    grid: WallGrid,
+    distance: wp.float64,
+    half: wp.float64,
+    slope: wp.float64,
+    sine: wp.float64,
+    sheets: wp.array(dtype=Sheet),
+):
+    """Add to the sheets the change of mobility by a wall ``distance`` (m) from the origin, nose tilted away from it.
+
+    ``half`` is the tangent of half the tilt, ``slope`` its derivative by the tilt's ``sine``. Gaps are stretched as
+    :mod:`helimag.hydrodynamics.boundary.lookup` has it. Derivatives of the change by height and sine are added too.
+    """
     side = 0
-    first = grid.least_tilt
-    if tilt > grid.turning:
+    if half > grid.turning:
         side = 1
-        first = grid.turning
-    at = place_on(tilt, first, grid.per_tilt[side], tilts)
-    column = wp.min(int(at), tilts - 2)
-    across = cubic_weights(at - wp.float64(column))
-    tilting = cubic_slopes(at - wp.float64(column)) * (grid.per_tilt[side] / cosine)
-    reach = ZERO
-    reaching = ZERO
-    for c in range(4):
-        reach += across[c] * grid.reach[side, column + c]
-        reaching += tilting[c] * grid.reach[side, column + c]
+    at = (half - grid.first[side]) * grid.per_tilt[side]
+    edge = cell_of(at, grid.columns)
+    y = at - edge
+    column = int(edge) + side * grid.columns
+    turning = slope * grid.per_tilt[side]
+    end = grid.reach[column]
+    reach = (end[3] * y + end[2]) * (y * y) + (end[1] * y + end[0])
+    reaching = (THREE * end[3] * (y * y) + (TWO * end[2] * y + end[1])) * turning
     gap = distance - reach
     opening = ONE
     if gap < grid.least:
         gap = grid.least
         opening = ZERO
-    height = place_on(wp.log(gap), grid.low, grid.per_gap, gaps)
-    row = wp.min(int(height), gaps - 2)
     inverse = ONE / (gap + reach + grid.middle * sine)
-    along = cubic_weights(height - wp.float64(row)) * inverse
-    rising = cubic_slopes(height - wp.float64(row)) * (inverse * opening * grid.per_gap / gap)
-    if height >= wp.float64(gaps - 1):
-        rising = wp.vec4d()
-    total = Change()
-    by_gap = Change()
-    by_sine = Change()
-    four = wp.int32(4)  # a loop over a variable is not unrolled, and compiles sooner
-    for r in range(four):
-        for c in range(4):
-            node = grid.changes[side, row + r, column + c]
-            total += (along[r] * across[c]) * node
-            by_gap += (rising[r] * across[c]) * node
-            by_sine += (along[r] * tilting[c]) * node
-    by_sine -= reaching * by_gap + (inverse * (reaching * (ONE - opening) + grid.middle)) * total
-    return total, by_gap - (inverse * opening) * total, by_sine
+    apart = grid.per_gap / ((gap + grid.near) * (gap + grid.far))
+    height = gap * (gap + gap + (grid.near + grid.far)) * apart - grid.low
+    near = (gap + grid.far) * apart
+    far = (gap + grid.near) * apart
+    rising = inverse * opening * (grid.near * near * near + grid.far * far * far) / grid.per_gap
+    last = wp.float64(grid.rows - 1)
+    if height > last:
+        height = last
+        rising = ZERO
+    foot = cell_of(height, grid.rows - 1)
+    x = height - foot
+    along = cubic_weights(x) * inverse
+    upwards = cubic_slopes(x) * (grid.sense * rising)
+    turned_over = grid.sense * turning
+    along_gap = grid.sense * (inverse * opening)
+    lowering = grid.sense * inverse * (reaching * (ONE - opening) + grid.middle)
+    first = (column * (grid.rows + 2) + int(foot)) * PARTS
+    three = wp.int32(3)  # a loop over a variable is not unrolled
+    for part in range(three):
+        total, by_gap, by_half = summed(grid, first + part, y, along, upwards)
+        sheets[part] += total
+        sheets[PARTS + part] += by_gap - along_gap * total
+        sheets[2 * PARTS + part] += turned_over * by_half - reaching * by_gap - lowering * total
 
 
 @wp.func
@@ -141,68 +191,81 @@ def seen_walls(
 ) -> NearWalls:
     """What floor and surface together add to the mobility around a place: each as if the other were not there."""
     sine = wp.clamp(rotation[2, 0], -ONE, ONE)
-    tilt = wp.asin(sine)
-    cosine = wp.max(wp.sqrt(ONE - sine * sine), UPRIGHT)
-    change = Change()
-    by_height = Change()
-    by_sine = Change()
+    cosine = wp.sqrt(ONE - sine * sine)
+    share = ONE / (ONE + cosine)
+    half = sine * share
+    slope = share / wp.max(cosine, UPRIGHT)
+    for part in range(NOW):
+        sheets[part] = Sheet()
     for k in range(surroundings.grids.shape[0]):
         grid = surroundings.grids[k]
         sense = grid.sense
-        alone, by_distance, by_its_sine = change_near(
-            grid, sense * (position[2] - grid.place), sense * tilt, sense * sine, cosine
-        )
-        change += alone
-        by_height += sense * by_distance
-        by_sine += sense * by_its_sine
-    sheets[0] = change
-    sheets[1] = by_height
-    sheets[2] = by_sine
+        add_change(grid, sense * (position[2] - grid.place), sense * half, slope, sense * sine, sheets)
     near = NearWalls()
     near.height = position[2]
     near.sine = sine
+    near.alone = surroundings.alone
     near.changes = sheets
     return near
 
 
 @wp.func
-def turned_back(e: Change, k: int, cosine: wp.float64, sine: wp.float64) -> wp.vec2d:
-    """The pair of entries from ``k`` on, a vector across the long axis, turned by minus an angle."""
-    return wp.vec2d(cosine * e[k] + sine * e[k + 1], cosine * e[k + 1] - sine * e[k])
+def followed(here: NearWalls, part: int, risen: wp.float64, raised: wp.float64) -> Sheet:
+    """A sheet of the change, to first order in how far the device is from where it was looked up."""
+    return here.changes[part] + risen * here.changes[PARTS + part] + raised * here.changes[2 * PARTS + part]
 
 
 @wp.func
-def change_rolled(e: Change, cosine: wp.float64, sine: wp.float64) -> wp.spatial_matrixd:
-    """Change of mobility in the body frame, from the level frame at the roll of which these are c cos and c sin.
-
-    Entries between the long axis and across turn with the roll, those across alone that lean turn twice as far.
-    """
-    ff = turned_back(e, 7, cosine, sine)  # velocity along with forces across, velocity across with force along
-    ft = turned_back(e, 9, cosine, sine)  # velocity along with torques across
-    tf = turned_back(e, 11, cosine, sine)  # angular velocity along with forces across
-    tt = turned_back(e, 13, cosine, sine)
-    cosine_2 = cosine * cosine - sine * sine
-    sine_2 = TWO * cosine * sine
-    gg = turned_back(e, 15, cosine_2, sine_2)  # velocities and forces across
-    gh = turned_back(e, 17, cosine_2, sine_2)
-    hh = turned_back(e, 19, cosine_2, sine_2)
-    return wp.spatial_matrixd(
-        e[0], ff[0], ff[1], e[1], ft[0], ft[1],
-        ff[0], e[2] + gg[0], gg[1], tf[0], e[3] + gh[0], gh[1] + e[4],
-        ff[1], gg[1], e[2] - gg[0], tf[1], gh[1] - e[4], e[3] - gh[0],
-        e[1], tf[0], tf[1], e[5], tt[0], tt[1],
-        ft[0], e[3] + gh[0], gh[1] - e[4], tt[0], e[6] + hh[0], hh[1],
-        ft[1], gh[1] + e[4], e[3] - gh[0], tt[1], hh[1], e[6] - hh[0],
-    )  # fmt: skip
+def turned_back(e: Sheet, cosine: wp.float64, sine: wp.float64) -> Sheet:
+    """Pairs of entries, vectors across the long axis, turned by minus an angle."""
+    return Sheet(
+        cosine * e[0] + sine * e[1],
+        cosine * e[1] - sine * e[0],
+        cosine * e[2] + sine * e[3],
+        cosine * e[3] - sine * e[2],
+        cosine * e[4] + sine * e[5],
+        cosine * e[5] - sine * e[4],
+        cosine * e[6] + sine * e[7],
+        cosine * e[7] - sine * e[6],
+    )
 
 
 @wp.func
 def near_walls(
     body: Swimmer, here: NearWalls, position: wp.vec3d, rotation: wp.mat33d, load: wp.spatial_vectord
 ) -> wp.spatial_vectord:
-    """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, beside floor or surface."""
+    """Velocity (m/s) and angular velocity (rad/s) under a load, body frame, beside floor or surface.
+
+    The change is turned back from the level frame at a roll of which c cos and c sin are entries of the rotation. The
+    mobility of the moment is written down, so that a compiler works on whole sheets, and read again: a symmetric 6x6.
+    """
     risen = position[2] - here.height
     raised = rotation[2, 0] - here.sine
-    change = here.changes[0] + risen * here.changes[1] + raised * here.changes[2]
-    # symmetric: behind the vector its rows are read one by one
-    return load * (body.mobility + change_rolled(change, rotation[2, 2], rotation[2, 1]))
+    cosine = rotation[2, 2]
+    sine = rotation[2, 1]
+    even = followed(here, 0, risen, raised)
+    twice = turned_back(followed(here, 2, risen, raised), cosine * cosine - sine * sine, TWO * cosine * sine)
+    here.changes[NOW] = here.alone[0] + (even + twice)
+    here.changes[NOW + 1] = here.alone[1] + (even - twice)
+    here.changes[NOW + 2] = here.alone[2] + turned_back(followed(here, 1, risen, raised), cosine, sine)
+    return moved(here.changes[NOW], here.changes[NOW + 1], here.changes[NOW + 2], load)
+
+
+@wp.func
+def moved(p: Sheet, n: Sheet, b: Sheet, load: wp.spatial_vectord) -> wp.spatial_vectord:
+    """Motion under a load by a mobility on three sheets.
+
+    ``p`` has entries of ``EVEN`` and ``n`` those beside them: (2, 2), (2, 5), less (2, 4), (5, 5). The second of each
+    is (3, 3), with (1, 2) added or taken away. ``b`` has those of ``LEANING``.
+    """
+    rolling = HALF * (p[1] + n[1])
+    crossed = HALF * (p[1] - n[1])
+    x = load
+    return wp.spatial_vectord(
+        p[6] * x[0] + b[0] * x[1] + b[1] * x[2] + (p[7] * x[3] + b[2] * x[4] + b[3] * x[5]),
+        b[0] * x[0] + p[0] * x[1] + crossed * x[2] + (b[4] * x[3] + p[2] * x[4] + p[3] * x[5]),
+        b[1] * x[0] + crossed * x[1] + n[0] * x[2] + (b[5] * x[3] - n[3] * x[4] + n[2] * x[5]),
+        p[7] * x[0] + b[4] * x[1] + b[5] * x[2] + (rolling * x[3] + b[6] * x[4] + b[7] * x[5]),
+        b[2] * x[0] + p[2] * x[1] - n[3] * x[2] + (b[6] * x[3] + p[4] * x[4] + p[5] * x[5]),
+        b[3] * x[0] + p[3] * x[1] + n[2] * x[2] + (b[7] * x[3] + p[5] * x[4] + n[4] * x[5]),
+    )

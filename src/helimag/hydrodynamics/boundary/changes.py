@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.hydrodynamics.boundary.splines import spline_coefficients
 from helimag.hydrodynamics.boundary.tables import WallTable
 from helimag.hydrodynamics.inversion import mobility
 
@@ -13,7 +12,7 @@ Floats = NDArray[np.float64]
 
 
 def mobility_changes(table: WallTable, free: Floats, viscosity: float) -> tuple[Floats, Floats]:
-    """What a wall adds to the mobility times the middle's distance, as a spline over a table's nodes.
+    """What a wall adds to the mobility times the middle's distance, at a table's nodes.
 
     The mobility in open water is averaged over the roll angle for the difference, as the table is. The change is taken
     apart into what is the same however the device rolls and what leans towards the wall, for which see
@@ -30,8 +29,8 @@ def mobility_changes(table: WallTable, free: Floats, viscosity: float) -> tuple[
 
     Returns
     -------
-    even, leaning : (2, gaps + 2, tilts + 2, 6, 6)
-        Coefficients, see :func:`spline_coefficients`; m times m/(N s), and so on; level frame.
+    even, leaning : (2, gaps, tilts, 6, 6)
+        m times m/(N s), and so on; level frame.
     """
     level = even_part(free)
     open_water = mobility(level)
@@ -42,13 +41,7 @@ def mobility_changes(table: WallTable, free: Floats, viscosity: float) -> tuple[
         added = viscosity * table.values[side, row + 1, column + 1] / distance
         changes[side, row, column] = distance * (mobility(level + added) - open_water)
     even = even_part(changes)
-    leaning = leaning_over_cosines(changes - even, table.tilts)
-    return spline_over(even), spline_over(leaning)
-
-
-def spline_over(changes: Floats) -> Floats:
-    """Coefficients over gaps and tilts of each side."""
-    return spline_coefficients(spline_coefficients(changes, 1), 2)
+    return even, leaning_over_cosines(changes - even, table.tilts)
 
 
 def even_part(matrix: Floats) -> Floats:

@@ -5,6 +5,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+# uniform cubic B-splines between the second and third of four: their polynomials, lowest power first
+PIECES = np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]]) / 6.0
+
 
 def spline_coefficients(values: Floats, axis: int) -> Floats:
     """Coefficients of the cubic spline through values at evenly spaced nodes, with no third derivative at its ends.
@@ -35,3 +38,44 @@ def spline_coefficients(values: Floats, axis: int) -> Floats:
     right[1:-1] = along
     found = np.linalg.solve(system, right.reshape(count, -1)).reshape(right.shape)
     return np.ascontiguousarray(np.moveaxis(found, 0, axis))
+
+
+def spline_cubics(values: Floats, axis: int) -> Floats:
+    """The same spline by its polynomials.
+
+    Parameters
+    ----------
+    values
+        At ``n`` nodes, four or more, along ``axis``.
+
+    Returns
+    -------
+    ndarray
+        The same shape but for ``n - 1`` along the axis, and one axis more at the end: four coefficients over the place
+        between two nodes, 0 to 1, lowest power first.
+    """
+    coefficients = spline_coefficients(values, axis)
+    cells = np.lib.stride_tricks.sliding_window_view(coefficients, 4, axis)
+    found: Floats = np.einsum("...i,ij->...j", cells, PIECES)
+    return found
+
+
+def resampled(values: Floats, axis: int, places: Floats) -> Floats:
+    """Values of the same spline elsewhere.
+
+    Parameters
+    ----------
+    values
+        At four nodes or more along ``axis``.
+    places
+        Where, counted in nodes from the first (m,).
+
+    Returns
+    -------
+    ndarray
+        The same shape with ``m`` along the axis.
+    """
+    cubics = np.moveaxis(spline_cubics(values, axis), axis, 0)
+    cells = np.clip(places.astype(int), 0, cubics.shape[0] - 1)
+    powers = (places - cells)[:, None] ** np.arange(4)
+    return np.moveaxis(np.einsum("c...p,cp->c...", cubics[cells], powers), 0, axis)
