@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from helimag.geometry import magnet_start
+from helimag.geometry import magnet_place
 from helimag.hydrodynamics import net_weight, resistance
 from helimag.hydrodynamics.motion import sinking_speeds
 from helimag.runs.heights import SlowTimes
@@ -32,7 +32,7 @@ def slow_times(scenario: Scenario) -> SlowTimes:
         Where drag or weight cannot be computed.
     """
     speed, weight = _free_motion(scenario.device, scenario.fluid)
-    apart = math.dist(scenario.drive.start, magnet_start(scenario.drive))
+    apart = math.dist(scenario.drive.start, magnet_place(scenario.drive))
     distance = max(apart, scenario.contact_distance)
     force = max(abs(weight), pull(scenario, distance))
     fold = distance / (4.0 * force * speed) if force > 0.0 else math.inf

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.geometry import magnet_start, quaternion_product
-from helimag.scenario import Scenario
+from helimag.scenario import Drive, Scenario
 
 Floats = NDArray[np.float64]
 
@@ -33,10 +33,7 @@ def start_attitude(scenario: Scenario) -> Floats:
     if isinstance(drive.heading, tuple):
         yaw, pitch, roll = drive.heading
         return quaternion_product(_about(2, yaw), quaternion_product(_about(1, -pitch), _about(0, roll)))
-    yaw, _ = drive.angles
-    along = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    ahead = float(forward(scenario) @ along) > 0.0
-    return _lying(yaw, turned_round=ahead != (drive.heading == "head")).copy()
+    return _lying(drive.angles[0], turned_round=_carried_back(scenario) == (drive.heading == "head")).copy()
 
 
 @lru_cache(maxsize=64)  # the runs of a sweep begin in few attitudes
@@ -59,9 +56,19 @@ def forward(scenario: Scenario) -> Floats:
 
     Where the drive carries it nowhere along that axis, the axis itself.
     """
-    yaw, _ = scenario.drive.angles
-    along = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    return -along if float(carrying_velocity(scenario) @ along) < 0.0 else along
+    along = _along(scenario.drive)
+    return -along if _carried_back(scenario) else along
+
+
+def _along(drive: Drive) -> Floats:
+    """Level unit vector (3,) along the magnet's rotation axis at t = 0."""
+    yaw, _ = drive.angles
+    return np.array([math.cos(yaw), math.sin(yaw), 0.0])
+
+
+def _carried_back(scenario: Scenario) -> bool:
+    """Whether the drive carries the device against the magnet's rotation axis at t = 0."""
+    return float(carrying_velocity(scenario) @ _along(scenario.drive)) < 0.0
 
 
 def carrying_velocity(scenario: Scenario) -> Floats:

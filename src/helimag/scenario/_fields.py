@@ -23,7 +23,7 @@ from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.scenario._limits import check_size, sizes
 
-KEPT = "_canonical"  # beside the fields, and none of them
+TEXT, HASH = "_canonical", "_hash"  # beside the fields, and none of them: what is kept of a part
 UNDECIDING = {"moment_uncertainty"}  # field of a part that decides no run
 
 
@@ -35,16 +35,30 @@ class Part(BaseModel):
     @property
     def canonical(self) -> str:
         """All that decides a run, as JSON with sorted keys; kept, as runs of a sweep share all parts but one or two."""
-        kept: str | None = self.__dict__.get(KEPT)
+        kept: str | None = self.__dict__.get(TEXT)
         if kept is None:
             kept = json.dumps(self.model_dump(mode="python", exclude=UNDECIDING, exclude_none=True), sort_keys=True)
-            self.__dict__[KEPT] = kept
+            self.__dict__[TEXT] = kept
         return kept
+
+    def __hash__(self) -> int:
+        """Of its fields; kept, as what is worked out for a part is looked up by it for each run."""
+        kept: int | None = self.__dict__.get(HASH)
+        if kept is None:
+            kept = hash(tuple(self.__dict__[name] for name in type(self).model_fields))
+            self.__dict__[HASH] = kept
+        return kept
+
+    def __getstate__(self) -> dict[Any, Any]:
+        """Pydantic's, without the hash, which another process has another of."""
+        state = super().__getstate__()
+        return state | {"__dict__": {name: value for name, value in state["__dict__"].items() if name != HASH}}
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """Pydantic's copy, without what was kept of the values before."""
         copied = super().model_copy(update=update, deep=deep)
-        copied.__dict__.pop(KEPT, None)
+        for name in (TEXT, HASH):
+            copied.__dict__.pop(name, None)
         return copied
 
 
