@@ -6,8 +6,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.geometry import magnet_start, quaternion_product
-from helimag.scenario import Drive, Scenario
+from helimag.geometry import quaternion_product
+from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
@@ -56,34 +56,32 @@ def forward(scenario: Scenario) -> Floats:
 
     Where the drive carries it nowhere along that axis, the axis itself.
     """
-    along = _along(scenario.drive)
+    yaw, _ = scenario.drive.angles
+    along = np.array([math.cos(yaw), math.sin(yaw), 0.0])
     return -along if _carried_back(scenario) else along
-
-
-def _along(drive: Drive) -> Floats:
-    """Level unit vector (3,) along the magnet's rotation axis at t = 0."""
-    yaw, _ = drive.angles
-    return np.array([math.cos(yaw), math.sin(yaw), 0.0])
 
 
 def _carried_back(scenario: Scenario) -> bool:
     """Whether the drive carries the device against the magnet's rotation axis at t = 0."""
-    return float(carrying_velocity(scenario) @ _along(scenario.drive)) < 0.0
+    yaw, _ = scenario.drive.angles
+    x, y, _ = _carrying(scenario)
+    return x * math.cos(yaw) + y * math.sin(yaw) < 0.0
 
 
 def carrying_velocity(scenario: Scenario) -> Floats:
     """Velocity (m/s) at t = 0 that keeps a device where it is below the magnet: the drive's, with its yaw (3,)."""
+    return np.array(_carrying(scenario))
+
+
+def _carrying(scenario: Scenario) -> tuple[float, float, float]:
+    """The same as plain numbers, which each run asks for."""
     drive = scenario.drive
+    (vx, vy, vz), (x, y, _), yaw_rate = drive.velocity, drive.start, drive.yaw_rate
     if drive.path is not None:
-        spline = drive.path.spline(drive.pitch)
-        moving: Floats = np.array(spline(0.0, 1))
-        velocity, yaw_rate, centre = moving[:3], float(moving[3]), magnet_start(drive)
-    else:
-        (vx, vy, vz), (x, y, _), yaw_rate = drive.velocity, drive.start, drive.yaw_rate  # plain: asked by each run
-        return np.array([vx - yaw_rate * y, vy + yaw_rate * x, vz])
-    x, y, _ = np.array(drive.start) - centre
-    carried: Floats = velocity + yaw_rate * np.array([-y, x, 0.0])
-    return carried
+        vx, vy, vz, yaw_rate, *_ = drive.path.spline(drive.pitch)(0.0, 1).tolist()
+        left, ahead, _ = drive.path.position[0]
+        x, y = x - left, y - ahead
+    return vx - yaw_rate * y, vy + yaw_rate * x, vz
 
 
 def _about(axis: int, angle: float) -> Floats:

@@ -1,5 +1,6 @@
 """Where chunks are computed: threads on this machine, or a dask.distributed cluster. Same chunks, same numbers."""
 
+import gc
 import math
 import os
 import threading
@@ -66,6 +67,7 @@ class Threads:
 
         try:
             send(at_once)
+            gc.freeze()  # a search for cycles goes through all objects of all libraries, which takes longer than the runs
             while pending:
                 finished, _ = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
                 for future in finished:
@@ -75,6 +77,7 @@ class Threads:
                 send(len(finished))
                 report(math.fsum(list(under_way.values())))
         finally:
+            gc.unfreeze()
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
 
