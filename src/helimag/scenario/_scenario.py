@@ -64,7 +64,7 @@ class Scenario(Part):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if len({magnet.field for magnet in self.magnet}) > 1:
+        if any(magnet.field != self.magnet[0].field for magnet in self.magnet[1:]):
             raise InputError("magnet: all magnets must have the same field model")
         if self.drive.distance <= self.contact_distance:
             got = q.show(self.drive.distance, q.LENGTH)
@@ -95,10 +95,12 @@ class Scenario(Part):
     @property
     def hash(self) -> str:
         """SHA-256 of all that decides the run, as JSON with sorted keys: put together from that of its parts."""
-        magnets = ", ".join(magnet.canonical for magnet in self.magnet)
-        parts = {name: getattr(self, name).canonical for name in ("device", "drive", "fluid", "run", "workspace")}
-        whole = sorted({**parts, "magnet": f"[{magnets}]"}.items())
-        return hashlib.sha256(("{" + ", ".join(f'"{name}": {text}' for name, text in whole) + "}").encode()).hexdigest()
+        magnets = ", ".join([magnet.canonical for magnet in self.magnet])
+        whole = (
+            f'{{"device": {self.device.canonical}, "drive": {self.drive.canonical}, "fluid": {self.fluid.canonical}, '
+            f'"magnet": [{magnets}], "run": {self.run.canonical}, "workspace": {self.workspace.canonical}}}'
+        )
+        return hashlib.sha256(whole.encode()).hexdigest()
 
     @property
     def title(self) -> str:
@@ -154,10 +156,9 @@ class Scenario(Part):
         provenance = _apart(tuple(self.provenance.items()), tuple(changes))
         try:
             values = {"provenance": provenance, **self.checked(changes)}
-            changed = Scenario.model_validate(self.model_copy(update=values))
+            changed = Scenario.model_validate(self.with_values(values))
         except ValueError:  # or a place in a list; the whole is checked, which says all that is wrong and where
             changed = self._replaced_as_a_whole(provenance, changes)
-        changed.__dict__.pop(ORIGIN, None)
         if changed.name == self.name:
             changed.__dict__[ORIGIN] = self.__dict__.get(ORIGIN, self)
         return changed
