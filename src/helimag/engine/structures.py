@@ -29,7 +29,8 @@ def alike(parts: Iterable[tuple[object, ...]]) -> tuple[list[int], list[int]]:
     Parts are told apart as objects and not by their values, which takes a tenth of the time.
     """
     kinds: dict[tuple[int, ...], int] = {}
-    firsts, which = [], []
+    firsts: list[int] = []
+    which: list[int] = []
     for run, each in enumerate(parts):
         kind = kinds.setdefault(tuple(map(id, each)), len(kinds))
         if kind == len(firsts):

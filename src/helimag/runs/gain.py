@@ -45,7 +45,7 @@ class Judgement:
     @property
     def contacts(self) -> int:
         """How often the device came to a wall that held it."""
-        return summed(self.touches).count
+        return summed(self.touches).number
 
     @property
     def contact_time(self) -> float:
@@ -148,7 +148,7 @@ def judge_each(runs: Sequence[Heights]) -> Judgements:
         if not sound.any():
             continue
         where = np.array(places)[sound]
-        for name, values in zip(TOGETHER, _numbers(*(each[sound] for each in samples), gaps[sound]), strict=True):
+        for name, values in zip(TOGETHER, _numbers([each[sound] for each in samples], gaps[sound]), strict=True):
             numbers[name][where] = values
         judged = [runs[place] for place in where]
         causes = [_cause(run) for run in judged]
@@ -162,7 +162,7 @@ def judge_each(runs: Sequence[Heights]) -> Judgements:
 
 def _sound(samples: Floats) -> NDArray[np.bool_]:
     """Whether runs (n, samples) have samples, all finite: (n,)."""
-    return np.isfinite(samples).all(axis=-1) & (samples.shape[-1] > 0)
+    return np.asarray(np.isfinite(samples).all(axis=-1) & (samples.shape[-1] > 0))
 
 
 def _fault(run: Heights) -> str:
@@ -173,10 +173,9 @@ def _fault(run: Heights) -> str:
     return "the gain needs a device that starts at another height than the magnet"
 
 
-def _numbers(
-    time: Floats, low: Floats, high: Floats, mean: Floats, attack: Floats, square: Floats, gaps: Floats
-) -> tuple[Floats, ...]:
-    """What :data:`TOGETHER` names, (n,) each, of samples (n, samples) and inputs (n,)."""
+def _numbers(samples: Sequence[Floats], gaps: Floats) -> tuple[Floats, ...]:
+    """What :data:`TOGETHER` names, (n,) each, of what :data:`SAMPLED` does, (n, samples) each, and inputs (n,)."""
+    time, low, high, mean, attack, square = samples
     output = high.max(axis=1) - low.min(axis=1)
     attack_angle, mean_square = _late_means(time, attack, square)
     variance = mean_square - np.array([angle**2 for angle in attack_angle.tolist()])

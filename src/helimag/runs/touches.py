@@ -56,7 +56,7 @@ def touches_from(values: Mapping[str, Sequence[float] | NDArray[np.float64]]) ->
 class Contacts(NamedTuple):
     """Contacts with all walls: how often one began, how long they took, each wall's time added, and the first (s)."""
 
-    count: int
+    number: int
     total: float
     first: float | None
 
@@ -68,8 +68,8 @@ def summed(touches: Sequence[Touch]) -> Contacts:
     """Contacts with all walls together."""
     if not touches:
         return UNTOUCHED
-    count, total = sum(touch.count for touch in touches), math.fsum(touch.total for touch in touches)
-    return Contacts(count, total, min(touch.first for touch in touches))
+    number, total = sum(touch.count for touch in touches), math.fsum(touch.total for touch in touches)
+    return Contacts(number, total, min(touch.first for touch in touches))
 
 
 def holding(touches: Sequence[Touch], time: NDArray[np.float64]) -> Touch | None:

@@ -38,8 +38,9 @@ class Part(BaseModel):
         """All that decides a run, as JSON with sorted keys; kept, as runs of a sweep share all parts but one or two."""
         kept: str | None = self.__dict__.get(TEXT)
         if kept is None:
-            told = [f'"{name}": {text}' for name, text in sorted(self._texts.items()) if text and name not in UNDECIDING]
-            kept = self.__dict__[TEXT] = "{" + ", ".join(told) + "}"
+            told = sorted(self._texts.items())
+            decisive = [f'"{name}": {text}' for name, text in told if text and name not in UNDECIDING]
+            kept = self.__dict__[TEXT] = "{" + ", ".join(decisive) + "}"
         return kept
 
     @property
@@ -72,7 +73,7 @@ class Part(BaseModel):
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """A copy with values that are checked: :meth:`model_copy` in a third of its time, which counts in sweeps."""
         copied = type(self).__new__(type(self))
-        now = self.__dict__ | values
+        now = {**self.__dict__, **values}
         object.__setattr__(copied, "__dict__", {name: now[name] for name in type(self).__pydantic_fields__})
         object.__setattr__(copied, "__pydantic_fields_set__", self.__pydantic_fields_set__)
         object.__setattr__(copied, "__pydantic_extra__", None)
@@ -132,7 +133,8 @@ def _check_of(kind: type[Part], name: str) -> Callable[[object], Any]:
     if name not in kind.model_fields:
         raise InputError(f"{name} is no field")
     field = kind.model_fields[name]
-    return TypeAdapter(Annotated[field.annotation, field]).validate_python
+    adapter: TypeAdapter[Any] = TypeAdapter(Annotated[field.annotation, field])  # type: ignore[arg-type]
+    return adapter.validate_python
 
 
 @dataclass(frozen=True)
