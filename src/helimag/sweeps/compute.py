@@ -20,7 +20,7 @@ Rows = dict[str, NDArray[np.generic]]
 
 HASH_BYTES = 32
 # runs of a chunk, those of devices too, whose histories are held in memory: as many as hold so many samples
-FEWEST_AT_ONCE, MOST_AT_ONCE = 64, 512
+FEWEST_AT_ONCE, MOST_AT_ONCE = 64, 1024
 SAMPLES_AT_ONCE = 80_000
 
 # name: unit, meaning; one number a run
