@@ -50,7 +50,7 @@ def main(folder: Path) -> dict[str, object]:
     from helimag.runs import gain
     from helimag.sweeps import boundary_line, counts, export, nodes_of, parse_plan
 
-    gain._cause = lambda run: (Reason.LIES_STILL, Reason.LIES_STILL.text(time=run.time[-1]), None)
+    gain._cause = lambda run: (Reason.LIES_STILL, {"time": run.time[-1]}, None)
     plan = parse_plan((folder / "plan.toml").read_text(encoding="utf-8"))
     data = helimag.sweep(plan, out=folder / "s.zarr").load()
     export(data, folder / "s.csv")

@@ -2,7 +2,9 @@
 
 import json
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from threading import Barrier
 
 import numpy as np
 import pytest
@@ -11,8 +13,10 @@ from scipy.optimize import nnls
 
 import helimag as hm
 import oracles
-from helimag.engine import DOP853, advance, system_of
+from helimag.engine import DOP853, OPEN_WATER, advance, system_of
+from helimag.engine.contact import held_in
 from helimag.engine.events import pack_bounds
+from helimag.engine.medium import Alike
 from helimag.engine.packing import pack_bodies
 from helimag.geometry import body_rotations
 from helimag.orbits import explain
@@ -45,6 +49,19 @@ def tank(duration="100 s", *, weight=WEIGHT, center=-0.005, matrix=DRAG, contact
     case = oracles.case(**changes, weight=weight, gravity_center=center, matrix=matrix)
     run = oracles.scenario_of(case, f'[run]\nduration = "{duration}"\n{extra}')
     return run.replaced({"workspace": {"contact": contact, **workspace}})
+
+
+def test_threads_that_begin_together_get_the_same_medium():
+    """Two chunks of a sweep would otherwise pack structures that the other's kernel does not know."""
+    medium = replace(OPEN_WATER, alike=Alike.NOWHERE)  # none that anything else has asked for
+    together = Barrier(8)
+
+    def asked(_: int) -> int:
+        together.wait()
+        return id(held_in(medium))
+
+    with ThreadPoolExecutor(8) as pool:
+        assert len(set(pool.map(asked, range(8)))) == 1
 
 
 # ------------------------------------------------------------------------------------------------------------- pushes

@@ -17,9 +17,11 @@ import oracles
 from helimag.engine import DOP853, MAGNET_MODELS, Control, Medium, Method, advance, advancing, build_rates, system_of
 from helimag.engine import running as running_module
 from helimag.engine.control import scaled_square
+from helimag.engine.events import pack_bounds
 from helimag.engine.kernels import ready
 from helimag.engine.methods import weighted_sum
 from helimag.engine.observe import build_observe
+from helimag.engine.packing import pack_bodies, pack_magnets
 from helimag.outcomes import End
 from helimag.physics.balance import Sheet, Swimmer
 from helimag.physics.kinematics import State, normalized
@@ -263,3 +265,17 @@ def test_kernels_are_made_for_one_thread_at_a_time():
         made = list(pool.map(lambda _: ready(build, "cpu"), range(4)))
     assert made == [kernel] * 4
     assert max(most) == 1
+
+
+def test_what_runs_share_is_packed_as_by_itself():
+    """Parts that are the same object, equal ones, and others; magnets that a scenario has less are there as nothing."""
+    one = hm.load("nose-first/fig3c")
+    two = one.replaced({"magnet": [{**one.magnet[0].model_dump(), "offset": (0.0, y, 0.0)} for y in (0.0, 1e-2)]})
+    thick = one.replaced({"fluid.viscosity": 2.0, "workspace.surface": "10 mm"})
+    again = hm.load("nose-first/fig3c").replaced({"drive.distance": "0.2 m"})
+    runs = [two, one, thick, one.replaced({"drive.pitch": 0.1}), again, two, thick]
+    for pack in (pack_bodies, pack_bounds, pack_magnets):
+        for run, packed in zip(runs, pack(runs), strict=True):
+            alone = pack([run])[0]
+            assert np.array_equal(packed[: len(run.magnet)] if pack is pack_magnets else packed, alone)
+    assert not pack_magnets(runs)["moment"][1:5, 1].any()

@@ -1,11 +1,13 @@
 """Gain, verdict, wobble and attack angle on heights made by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
-from helimag.runs import Heights, SlowTimes, judge
+from helimag.runs import Heights, SlowTimes, judge, judge_each
 from helimag.runs.trajectory import Trajectory
 
 TIME = np.linspace(0.0, 1800.0, 1801)
@@ -28,6 +30,43 @@ def heights(mean, *, end=End.HORIZON, amplitude=0.0, time=TIME, attack=0.0, squa
         end=end,
         slow=slow,
     )
+
+
+def test_runs_judged_together_are_judged_as_by_themselves():
+    """Bit for bit, whichever run is beside which; means of the attack angle beside sums made here, sample by sample."""
+    random = np.random.default_rng(3)
+    runs = []
+    for count in random.choice([1, 21, 100, 101], 60).tolist():
+        time = np.sort(random.uniform(0.0, 100.0, count))
+        mean = random.choice([1e-6, 1e-3]) * random.normal(size=count).cumsum() - random.choice([0.0, 1e-3]) * time
+        end, square = random.choice([End.HORIZON, End.CONTACT, End.FALL]), random.normal(size=count) ** 2
+        runs.append(heights(mean, time=time, end=End.of(end), attack=random.normal(size=count), square=square + 4.0))
+    runs[3].low[0], runs[7].attack[-1] = np.nan, np.inf
+    runs[5] = replace(runs[5], initial_gap=0.0)
+    together = judge_each(runs)
+    assert [place for place, said in enumerate(together.said) if said is None] == [3, 5, 7]
+    for place, run in enumerate(runs):
+        number = {name: values[place] for name, values in together.numbers.items()}
+        if together.said[place] is None:
+            assert np.isnan(list(number.values())).all()
+            with pytest.raises(InputError):
+                judge(run)
+            continue
+        alone, (cause, told) = judge(run), together.said[place]
+        assert (alone.cause, alone.reason) == (cause, cause.text(**told))
+        for name in number.keys() - {"height_change"}:
+            value = getattr(alone, name)
+            assert np.array_equal(number[name], np.nan if value is None else value, equal_nan=True), name
+        assert number["height_change"] == run.mean[-1] - run.mean[0]
+        assert alone.output == max(run.high) - min(run.low)
+        late = [i for i in range(len(run.time)) if run.time[i] >= (run.time[0] + run.time[-1]) / 2.0]
+        spans = [run.time[i] - run.time[i - 1] if i else 0.0 for i in late] if run.time.size > 1 else [1.0]
+        mean, square = (
+            sum(s * values[i] for s, i in zip(spans, late, strict=True)) / sum(spans)
+            for values in (run.attack, run.attack_square)
+        )
+        assert alone.attack_angle == pytest.approx(mean, rel=1e-12, abs=1e-15)
+        assert alone.wobble == pytest.approx(np.sqrt(max(square - mean**2, 0.0)), rel=1e-10)
 
 
 def test_gain_is_the_range_of_heights_over_the_initial_gap():

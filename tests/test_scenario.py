@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -417,6 +418,56 @@ def test_the_hash_is_that_of_all_that_decides_as_json(name):
         assert one.hash == hashlib.sha256(whole.encode()).hexdigest()
     assert held.hash != scenario.hash == marked.hash
     assert {field for field, _ in scenario.workspace} == set(type(scenario.workspace).model_fields)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_changed_scenario_is_the_same_as_one_checked_and_written_as_a_whole(name):
+    scenario = hm.load(name)
+    changes = {"drive.frequency": 1.7, "device.magnetic_moment": 3e-3, "magnet.radius": 0.0123, "run.duration": 77.0}
+    changes |= {"workspace.surface": None, "drive.heading": "head", "device.weight.net_weight": 1e-4}
+    for path, value in changes.items():
+        for begun in (scenario, scenario.replaced({"drive.pitch": 0.1, "fluid.viscosity": 0.9})):
+            changed = begun.replaced({path: value})
+            whole = Scenario.model_validate(changed.model_dump())
+            told = json.dumps(whole.decisive, sort_keys=True)
+            assert changed == whole
+            assert changed.hash == whole.hash == hashlib.sha256(told.encode()).hexdigest()
+            for part in ("device", "drive", "fluid", "run", "workspace"):
+                assert hash(getattr(changed, part)) == hash(getattr(whole, part))
+            found = changed.model_dump()
+            for step in path.split("."):
+                found = found[step][0] if step == "magnet" else found[step]
+            assert found == value
+
+
+def test_what_is_refused_of_a_change_is_said_as_of_a_file():
+    scenario = hm.load("nose-first/fig3c")
+    for changes, told in (
+        ({"drive.pitch": 2.0}, "drive.pitch must be between -90 deg and 90 deg; got '114.59155902616465 deg'"),
+        ({"drive.frequency": 0.0}, "drive.frequency must not be zero; a negative one turns the magnet the other way"),
+        ({"workspace.surface_pull": 1e-4}, 'workspace.surface_pull goes with a surface and contact = "hold" only'),
+        (
+            {"fluid.viscosity": -1.0, "drive.pitch": "15"},
+            "fluid.viscosity must be positive; got '-1 Pa s'; drive.pitch must be an angle",
+        ),
+        ({"drive.pitsch": 0.1}, "'drive.pitsch' is not a field of a scenario; drive has frequency, pitch, "),
+        ({"drive.distance": 1e-3}, "drive.distance must exceed "),
+    ):
+        with pytest.raises(hm.InputError) as caught:
+            scenario.replaced(changes)
+        assert str(caught.value).startswith(told)
+
+
+def test_what_is_kept_of_a_part_does_not_go_with_its_copies():
+    """Nor with a pickle, as another process has other hashes of the same words."""
+    drive = hm.load("nose-first/fig3c").drive
+    assert hash(drive) == hash(hm.load("nose-first/fig3c").drive)
+    other = drive.model_copy(update={"frequency": 1.0})
+    assert hash(other) != hash(drive)
+    assert other.canonical != drive.canonical
+    assert pickle.loads(pickle.dumps(drive)) == drive
+    assert "_hash" in vars(drive)
+    assert "_hash" not in vars(pickle.loads(pickle.dumps(drive)))
 
 
 def test_scenarios_are_frozen_and_hash_what_decides():

@@ -152,6 +152,7 @@ def test_short_runs_are_made_more_at_once_as_far_as_their_samples_fit(monkeypatc
     scenarios = [base.replaced({"drive.pitch": 0.0005 * i}) for i in range(520)]
     advance, sizes = compute.advance, []
     monkeypatch.setattr(compute, "advance", lambda batch, **rest: sizes.append(len(batch)) or advance(batch, **rest))
+    monkeypatch.setattr(compute, "MOST_AT_ONCE", 512)
     whole = compute.compute(scenarios)
     monkeypatch.setattr(compute, "SAMPLES_AT_ONCE", 1300)
     parts = compute.compute(scenarios)

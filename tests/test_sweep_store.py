@@ -2,6 +2,7 @@
 
 import csv
 import fcntl
+import gc
 import json
 import math
 import os
@@ -375,6 +376,16 @@ main()
     assert sum(counts(load_sweep(store)).values()) - counts(load_sweep(store))["not-computed"] == 16
     helimag.sweep(parse_plan(PLAN), out=store)
     assert sweep_kills.files(store) == sweep_kills.files(done)
+
+
+def test_searches_for_cycles_are_as_often_after_a_sweep_as_before(tmp_path):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    before = gc.get_threshold()
+    with pytest.raises(KeyboardInterrupt):
+        sweep(parse_plan(PLAN), out=tmp_path / "s.zarr", progress=interrupt)
+    assert gc.get_threshold() == before
 
 
 def test_what_is_no_store_is_refused(tmp_path):

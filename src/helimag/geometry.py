@@ -94,14 +94,19 @@ class Poses:
 
 def magnet_start(drive: "Drive") -> Floats:
     """The magnet's centre at t = 0 (3,) in m: the first of its path, or eq. (1) with either reading of pitch."""
+    return np.array(magnet_place(drive))
+
+
+def magnet_place(drive: "Drive") -> tuple[float, float, float]:
+    """The same as plain numbers: runs of sweeps ask for few things more often."""
     if drive.path is not None:
-        return np.array(drive.path.position[0])
-    x, y, z = drive.start  # plain numbers: runs of sweeps ask for few things more often
+        return drive.path.position[0]
+    x, y, z = drive.start
     z += drive.distance
     if drive.pitch_about == "magnet":
-        return np.array([x, y, z])
+        return x, y, z
     cos, sin = math.cos(drive.pitch), math.sin(drive.pitch)
-    return np.array([cos * x - sin * z, y, sin * x + cos * z])
+    return cos * x - sin * z, y, sin * x + cos * z
 
 
 def magnet_motion(drive: "Drive") -> Callable[[Floats], Poses]:

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from helimag.engine.kernels import MAKING
 from helimag.engine.medium import Medium
 from helimag.engine.structures import structs
 from helimag.physics.balance import Sheet, Swimmer
@@ -94,9 +95,14 @@ def _pushed(respond: wp.Function, here_type: Any) -> wp.Function:
     return response
 
 
-@cache
 def held_in(medium: Medium) -> Medium:
-    """The medium with walls that hold."""
+    """The medium with walls that hold: the same for all threads, whose structures must be of one kind."""
+    with MAKING:
+        return _held_in(medium)
+
+
+@cache
+def _held_in(medium: Medium) -> Medium:
     around_type, here_type, local = medium.surroundings_type, medium.here_type, medium.local
 
     @wp.struct

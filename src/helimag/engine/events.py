@@ -1,13 +1,14 @@
 """Events: where a run ends, and which end that is."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
 from helimag.engine.packing import initial_gap
-from helimag.engine.structures import structs
+from helimag.engine.structures import alike, structs
 from helimag.outcomes import End
 from helimag.physics.kinematics import RpmPose, State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
@@ -36,24 +37,26 @@ class Bounds:
 
 def pack_bounds(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     """Where each run ends, as the kernels take it."""
-    rows: list[dict[str, object]] = []
-    for scenario in scenarios:
-        workspace, device = scenario.workspace, scenario.device
-        low, high = workspace.box
-        deeper = DEPTH_LIMIT if workspace.holds else 0.0
-        rows.append(
-            {
-                "contact": scenario.contact_distance,
-                "fall": scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario),
-                "low": [at - deeper for at in low],
-                "high": [at + deeper for at in high],
-                "tail": device.tail_length,
-                "head_radius": device.head_radius,
-                "tail_radius": device.tail_radius,
-                "pull_reach": _pull_reach(scenario),
-            }
-        )
-    return structs(Bounds, rows)
+    firsts, which = alike([(scenario.device, scenario.workspace, *scenario.magnet) for scenario in scenarios])
+    bounds: Any = structs(Bounds, [_around(scenarios[run]) for run in firsts])[which]
+    bounds["fall"] = [scenario.drive.start[2] - FALL_LIMIT * initial_gap(scenario) for scenario in scenarios]
+    return np.asarray(bounds)
+
+
+def _around(scenario: Scenario) -> dict[str, object]:
+    """Where a run ends, but for its fall."""
+    workspace, device = scenario.workspace, scenario.device
+    low, high = workspace.box
+    deeper = DEPTH_LIMIT if workspace.holds else 0.0
+    return {
+        "contact": scenario.contact_distance,
+        "low": [at - deeper for at in low],
+        "high": [at + deeper for at in high],
+        "tail": device.tail_length,
+        "head_radius": device.head_radius,
+        "tail_radius": device.tail_radius,
+        "pull_reach": _pull_reach(scenario),
+    }
 
 
 def _pull_reach(scenario: Scenario) -> float:

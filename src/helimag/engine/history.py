@@ -88,7 +88,7 @@ class History:
     @property
     def touches(self) -> tuple[Touch, ...]:
         """Contacts with each wall that was touched."""
-        return touches_from(self.contacts) if self.progress["touches"]["count"].any() else ()
+        return touches_from(self.contacts) if self.scenario.workspace.holds else ()
 
     @property
     def contacts(self) -> dict[str, Floats]:

@@ -9,8 +9,8 @@ import warp as wp
 from numpy.typing import NDArray
 
 from helimag.engine.patience import announced
-from helimag.engine.structures import structs
-from helimag.geometry import magnet_start
+from helimag.engine.structures import alike, structs
+from helimag.geometry import magnet_place
 from helimag.hydrodynamics import mobility, net_weight, resistance
 from helimag.physics import magnetics
 from helimag.physics.balance import Swimmer
@@ -24,12 +24,13 @@ THICKEST_SLICE = 1.0  # of the diameter; a thicker cylinder is cut into slices, 
 
 def initial_gap(scenario: Scenario) -> float:
     """Input u of the gain: height difference of RPM and device at the start (m), eq. (5)."""
-    return abs(float(magnet_start(scenario.drive)[2]) - scenario.drive.start[2])
+    return abs(magnet_place(scenario.drive)[2] - scenario.drive.start[2])
 
 
 def pack_bodies(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     """Devices as the kernels take them."""
-    return structs(Swimmer, [_body(scenario.device, scenario.fluid) for scenario in scenarios])
+    firsts, which = alike([(scenario.device, scenario.fluid) for scenario in scenarios])
+    return structs(Swimmer, [_body(scenarios[run].device, scenarios[run].fluid) for run in firsts])[which]
 
 
 @lru_cache(maxsize=64)  # batches that differ in their drives alone are packed again and again
@@ -57,7 +58,7 @@ def pack_drives(scenarios: Sequence[Scenario], device: str) -> wp.array:
         ArmMotion,
         [
             {
-                "arm": magnet_start(scenario.drive),
+                "arm": magnet_place(scenario.drive),
                 "velocity": scenario.drive.velocity,
                 "yaw_rate": scenario.drive.yaw_rate,
                 "spin_rate": 2.0 * math.pi * scenario.drive.frequency,
@@ -82,13 +83,13 @@ def _sampled(scenario: Scenario, path: Path, device: str) -> SampledMotion:
 def pack_magnets(scenarios: Sequence[Scenario]) -> NDArray[np.void]:
     """Magnets as the kernels take them: (runs, magnets); null moments fill up scenarios that have fewer."""
     most = max(len(scenario.magnet) for scenario in scenarios)
+    firsts, which = alike([scenario.magnet for scenario in scenarios])
     rows: list[dict[str, object]] = []
-    for scenario in scenarios:
-        for magnet in scenario.magnet:
-            rows.append(_magnet(magnet))
+    for magnets in [scenarios[run].magnet for run in firsts]:
+        rows += [_magnet(magnet) for magnet in magnets]
         # where a magnet is already: elsewhere, a device could touch what is not there
-        rows += [_nothing(scenario.magnet[0]) for _ in range(most - len(scenario.magnet))]
-    return structs(magnetics.FieldSource, rows).reshape(len(scenarios), most)
+        rows += [_nothing(magnets[0]) for _ in range(most - len(magnets))]
+    return structs(magnetics.FieldSource, rows).reshape(len(firsts), most)[which]
 
 
 def _nothing(magnet: Magnet) -> dict[str, object]:

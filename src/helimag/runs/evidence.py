@@ -16,6 +16,7 @@ from helimag.outcomes import Reason
 from helimag.runs.heights import PARTS, Heights, SlowTimes
 
 Floats = NDArray[np.float64]
+Said = tuple[Reason, dict[str, object]]  # why a run has its verdict, and the numbers of the sentence that says so
 
 SETTLED = 0.01  # of the input: how far the mean height of a settled run may still be expected to move
 STILL = 0.002  # of the input: a change between quarters too small to extrapolate
@@ -28,39 +29,35 @@ SLOWEST = 1e6  # s; a device that needs longer to show anything does not move
 DEVIATIONS = 3.0  # standard deviations by which noise may make swings look larger
 
 
-def evidence(run: Heights) -> tuple[Reason, str]:
-    """Reason for the verdict on a run that is inside at its end, and the same in words."""
+def evidence(run: Heights) -> Said:
+    """Reason for the verdict on a run that is inside at its end, and numbers for its sentence."""
     found = None if run.slow is None else _too_short(run, run.slow)
     found = found or _too_sparse(run) or _on_the_move(run)
     if found is not None:
         return found
     if run.slow is None:
-        return Reason.SLOWNESS_UNKNOWN, Reason.SLOWNESS_UNKNOWN.text(time=run.time[-1])
+        return Reason.SLOWNESS_UNKNOWN, {"time": run.time[-1]}
     found = _not_dying_out(run)
     if found is not None:
         return found
     last = float(_steps(run)[-1])
-    return Reason.SETTLED, Reason.SETTLED.text(time=run.time[-1], change=1e3 * last)
+    return Reason.SETTLED, {"time": run.time[-1], "change": 1e3 * last}
 
 
-def _too_short(run: Heights, slow: SlowTimes) -> tuple[Reason, str] | None:
+def _too_short(run: Heights, slow: SlowTimes) -> Said | None:
     """Whether a run is too short beside the slow times of its scenario."""
     if run.span >= slow.decisive:
         return None
     if slow.decisive > SLOWEST:
-        still = Reason.NOTHING_MOVES
-        return still, still.text(time=run.span, needed=slow.decisive)
-    lap = "" if slow.lap is None else f"a lap takes {slow.lap:.3g} s, and "
-    told = f"{lap}an error of height grows e-fold in {slow.fold:.3g} s"
-    return Reason.TOO_SHORT, Reason.TOO_SHORT.text(time=run.span, slow=told, needed=slow.decisive)
+        return Reason.NOTHING_MOVES, {"time": run.span, "needed": slow.decisive}
+    return Reason.TOO_SHORT, {"time": run.span, "slow": slow, "needed": slow.decisive}
 
 
-def _too_sparse(run: Heights) -> tuple[Reason, str] | None:
+def _too_sparse(run: Heights) -> Said | None:
     """Whether there are too few samples, or too few in one quarter of the run, to see how the height develops."""
     if run.time.size > PARTS and np.bincount(run.quarters(), minlength=4).min() >= PARTS // 4:
         return None
-    few = Reason.TOO_FEW_SAMPLES
-    return few, few.text(time=run.time[-1], samples=run.time.size, needed=PARTS + 1)
+    return Reason.TOO_FEW_SAMPLES, {"time": run.time[-1], "samples": run.time.size, "needed": PARTS + 1}
 
 
 def _steps(run: Heights) -> Floats:
@@ -68,7 +65,7 @@ def _steps(run: Heights) -> Floats:
     return np.diff(run.part_means().reshape(4, -1).mean(axis=1))
 
 
-def _on_the_move(run: Heights) -> tuple[Reason, str] | None:
+def _on_the_move(run: Heights) -> Said | None:
     """Whether the height is visibly on the move: its mean does not near a limit, or it swings ever more.
 
     With changes that shrink by a constant ratio r, the rest after the last change is change * r / (1 - r) (Aitken).
@@ -81,11 +78,11 @@ def _on_the_move(run: Heights) -> tuple[Reason, str] | None:
         rest = min(rest, abs(last) * ratio / (1.0 - ratio))
     growth = _growth(run)
     if growth > SETTLED * run.initial_gap:
-        return Reason.SWINGS_EVER_MORE, Reason.SWINGS_EVER_MORE.text(time=time, growth=1e3 * growth)
+        return Reason.SWINGS_EVER_MORE, {"time": time, "growth": 1e3 * growth}
     if rest > SETTLED * run.initial_gap:
         moves = Reason.STILL_RISES if last > 0.0 else Reason.STILL_SINKS
         left = "" if np.isinf(rest) else f", {1e3 * rest:.2f} mm more by extrapolation"
-        return moves, moves.text(time=time, change=1e3 * last, left=left)
+        return moves, {"time": time, "change": 1e3 * last, "left": left}
     return None
 
 
@@ -96,20 +93,19 @@ def _growth(run: Heights) -> float:
     return float(ranges[1] - ranges[0]) if len(ranges) == 2 else 0.0
 
 
-def _not_dying_out(run: Heights) -> tuple[Reason, str] | None:
+def _not_dying_out(run: Heights) -> Said | None:
     """Whether what is left of motion does not shrink, however little it is: it may grow for as long as it likes."""
     time = float(run.time[-1])
     before, last = (_about_trend(run, quarter, smooth=True) for quarter in (2, 3))
     unseen = STILL * run.initial_gap + LEAK * last.swing
     if abs(last.step) > unseen and not _rest(before.step, last.step) <= SETTLED * run.initial_gap:
-        return Reason.MOVES_ON, Reason.MOVES_ON.text(time=time, last=1e3 * last.step, before=1e3 * before.step)
+        return Reason.MOVES_ON, {"time": time, "last": 1e3 * last.step, "before": 1e3 * before.step}
     smooth, sharp = (_swings(run, smooth=each) for each in (True, False))
     unseen = SEEN * run.initial_gap + _noise(run)
     steady = _steady(smooth) and sharp[2] <= sharp[1] + unseen
     for swings in (smooth, sharp):
         if not steady and not _die_out(swings, unseen):
-            on = Reason.SWINGS_ON
-            return on, on.text(time=time, last=1e3 * swings[2], before=1e3 * swings[1])
+            return Reason.SWINGS_ON, {"time": time, "last": 1e3 * swings[2], "before": 1e3 * swings[1]}
     return None
 
 

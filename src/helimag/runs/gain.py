@@ -1,6 +1,7 @@
 """Input-output gain (paper, eqs 5-6) and the verdict on a run, simulated or measured alike."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,13 +9,16 @@ from numpy.typing import NDArray
 
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
-from helimag.runs.evidence import STILL, evidence
-from helimag.runs.heights import Heights
-from helimag.runs.touches import Touch, holding
+from helimag.runs.evidence import STILL, Said, evidence
+from helimag.runs.heights import Heights, spans_between
+from helimag.runs.touches import Touch, holding, summed
 
 Floats = NDArray[np.float64]
 
 FALLEN = 0.5  # of the input: a head this far below its start and still sinking has lost the magnet
+SAMPLED = ("time", "low", "high", "mean", "attack", "attack_square")
+TOGETHER = ("gain", "output", "input", "end_time", "wobble", "attack_angle", "height_change")
+ONE_BY_ONE = ("escape_time", "slips", "contacts", "contact_time", "first_contact")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,17 +45,34 @@ class Judgement:
     @property
     def contacts(self) -> int:
         """How often the device came to a wall that held it."""
-        return sum(touch.count for touch in self.touches)
+        return summed(self.touches).number
 
     @property
     def contact_time(self) -> float:
         """How long walls held the device, each wall's time added (s)."""
-        return math.fsum(touch.total for touch in self.touches)
+        return summed(self.touches).total
 
     @property
     def first_contact(self) -> float | None:
         """When the device first came to such a wall (s); None where it never did."""
-        return min((touch.first for touch in self.touches), default=None)
+        return summed(self.touches).first
+
+
+@dataclass(frozen=True)
+class Judgements:
+    """Judgements of several runs.
+
+    Attributes
+    ----------
+    numbers
+        (n,) each, by the names of :class:`Judgement`, and ``height_change``: mean height at the end less that at the
+        start (m). NaN for None, and of a run that cannot be judged.
+    said
+        Why each has its verdict; None of a run that cannot be judged.
+    """
+
+    numbers: dict[str, Floats]
+    said: list[Said | None]
 
 
 def judge(run: Heights) -> Judgement:
@@ -87,36 +108,79 @@ def judge(run: Heights) -> Judgement:
     >>> round(judgement.gain, 6), str(judgement.verdict)
     (0.02, 'undecided')
     """
-    _check_finite(run)
-    if not run.initial_gap > 0.0:
-        raise InputError("the gain needs a device that starts at another height than the magnet")
-    output = float(run.high.max() - run.low.min())
-    cause, reason, escape_time = _cause(run)
-    attack_angle, square = _late_means(run)
-    variance = square - attack_angle**2
+    together = judge_each([run])
+    said, number = together.said[0], {name: float(values[0]) for name, values in together.numbers.items()}
+    if said is None:
+        raise InputError(_fault(run))
+    cause, told = said
     return Judgement(
-        gain=output / run.initial_gap,
-        output=output,
+        gain=number["gain"],
+        output=number["output"],
         input=run.initial_gap,
         cause=cause,
-        reason=reason,
-        end_time=float(run.time[-1]),
-        escape_time=escape_time,
+        reason=cause.text(**told),
+        end_time=number["end_time"],
+        escape_time=None if math.isnan(number["escape_time"]) else number["escape_time"],
         slips=run.slips,
-        wobble=float(np.sqrt(max(variance, 0.0))),
-        attack_angle=attack_angle,
+        wobble=number["wobble"],
+        attack_angle=number["attack_angle"],
         touches=run.touches,
     )
 
 
-def _check_finite(run: Heights) -> None:
-    """Raise InputError where a run has no samples, or one that is not finite: all looked at at once, then by name."""
-    samples = {name: getattr(run, name) for name in ("time", "low", "high", "mean", "attack", "attack_square")}
-    if all(values.size for values in samples.values()) and np.isfinite(np.concatenate(list(samples.values()))).all():
-        return
-    for name, values in samples.items():
-        if values.size == 0 or not np.isfinite(values).all():
-            raise InputError(f"a run must have samples of {name} that are all finite")
+def judge_each(runs: Sequence[Heights]) -> Judgements:
+    """Judge several runs, each as :func:`judge` does; numbers of those that have as many samples are found together.
+
+    Returns
+    -------
+    Judgements
+        In the order of the runs. One that :func:`judge` would refuse is there as one that cannot be judged.
+    """
+    numbers = {name: np.full(len(runs), np.nan) for name in (*TOGETHER, *ONE_BY_ONE)}
+    said: list[Said | None] = [None] * len(runs)
+    alike: dict[int, list[int]] = {}
+    for place, run in enumerate(runs):
+        alike.setdefault(run.time.size, []).append(place)
+    for places in alike.values():
+        samples = [np.array([getattr(runs[place], name) for place in places]) for name in SAMPLED]
+        gaps = np.array([runs[place].initial_gap for place in places])
+        sound = (gaps > 0.0) & np.all([_sound(values) for values in samples], axis=0)
+        if not sound.any():
+            continue
+        where = np.array(places)[sound]
+        for name, values in zip(TOGETHER, _numbers([each[sound] for each in samples], gaps[sound]), strict=True):
+            numbers[name][where] = values
+        judged = [runs[place] for place in where]
+        causes = [_cause(run) for run in judged]
+        for place, (cause, told, _) in zip(where, causes, strict=True):
+            said[place] = cause, told
+        further = [(c[-1], run.slips, *summed(run.touches)) for c, run in zip(causes, judged, strict=True)]
+        for name, column in zip(ONE_BY_ONE, zip(*further, strict=True), strict=True):
+            numbers[name][where] = column  # NaN for None
+    return Judgements(numbers, said)
+
+
+def _sound(samples: Floats) -> NDArray[np.bool_]:
+    """Whether runs (n, samples) have samples, all finite: (n,)."""
+    return np.asarray(np.isfinite(samples).all(axis=-1) & (samples.shape[-1] > 0))
+
+
+def _fault(run: Heights) -> str:
+    """Why a run cannot be judged."""
+    for name in SAMPLED:
+        if not _sound(getattr(run, name)):
+            return f"a run must have samples of {name} that are all finite"
+    return "the gain needs a device that starts at another height than the magnet"
+
+
+def _numbers(samples: Sequence[Floats], gaps: Floats) -> tuple[Floats, ...]:
+    """What :data:`TOGETHER` names, (n,) each, of what :data:`SAMPLED` does, (n, samples) each, and inputs (n,)."""
+    time, low, high, mean, attack, square = samples
+    output = high.max(axis=1) - low.min(axis=1)
+    attack_angle, mean_square = _late_means(time, attack, square)
+    variance = mean_square - np.array([angle**2 for angle in attack_angle.tolist()])
+    wobble = np.sqrt(np.maximum(variance, 0.0))
+    return output / gaps, output, gaps, time[:, -1], wobble, attack_angle, mean[:, -1] - mean[:, 0]
 
 
 def gain_until(run: Heights, time: float) -> float:
@@ -145,32 +209,33 @@ def gain_until(run: Heights, time: float) -> float:
     return float(run.high[part].max() - run.low[part].min()) / run.initial_gap
 
 
-def _late_means(run: Heights) -> tuple[float, float]:
-    """Means over the second half of the run of attack angle (rad) and its square: a sample is of what it ends."""
-    first = int(np.searchsorted(run.time, run.time[0] + (run.time[-1] - run.time[0]) / 2.0))
-    late = slice(first, None)
-    weights = run.spans[late]
-    total = weights.sum()
-    if not total > 0.0:
-        weights, total = np.ones_like(weights), float(weights.size)
-    return float((run.attack[late] * weights).sum() / total), float((run.attack_square[late] * weights).sum() / total)
+def _late_means(time: Floats, attack: Floats, square: Floats) -> tuple[Floats, Floats]:
+    """Means (n,) over the second half of each run of attack angle (rad) and its square: a sample is of what it ends."""
+    means = np.empty((2, len(time)))
+    first = (time < (time[:, 0] + (time[:, -1] - time[:, 0]) / 2.0)[:, None]).sum(axis=1)
+    for begin in np.unique(first):
+        where = first == begin
+        weights = spans_between(time[where])[:, begin:]
+        total = weights.sum(axis=1)
+        weights[~(total > 0.0)], total[~(total > 0.0)] = 1.0, weights.shape[1]
+        means[:, where] = [(each[where, begin:] * weights).sum(axis=1) / total for each in (attack, square)]
+    return means[0], means[1]
 
 
-def _cause(run: Heights) -> tuple[Reason, str, float | None]:
-    """Why the run has its verdict, the same in words, and when the device was lost (s), if that is judged so."""
+def _cause(run: Heights) -> tuple[Reason, dict[str, object], float | None]:
+    """Why the run has its verdict, numbers for the sentence that says so, and when the device was lost, if it was."""
     cause, end_time = run.end.cause, float(run.time[-1])
     if cause is not None and cause is not Reason.FELL_BEHIND:
-        return cause, cause.text(time=end_time), end_time
-    if run.end is not End.FALL:
+        return cause, {"time": end_time}, end_time
+    if run.end is not End.FALL and run.touches:
         held = holding(run.touches, run.time)
         if held is not None:
-            return held.wall.cause, held.text(), held.first
+            return held.wall.cause, held.numbers, held.first
     since = _fallen_since(run)
     if since is None:
         return *evidence(run), None
     drop = float(run.mean[0] - run.mean[-1])
-    cause = Reason.FELL_BEHIND
-    return cause, cause.text(since=since, drop=1e3 * drop, share=drop / run.initial_gap), since
+    return Reason.FELL_BEHIND, {"since": since, "drop": 1e3 * drop, "share": drop / run.initial_gap}, since
 
 
 def _fallen_since(run: Heights) -> float | None:

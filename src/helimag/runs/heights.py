@@ -36,6 +36,18 @@ class SlowTimes:
         """Shortest run (s) that can show where the device goes."""
         return max(FOLDS * self.fold, LAPS * (self.lap or 0.0))
 
+    def __str__(self) -> str:
+        """Both in words."""
+        lap = "" if self.lap is None else f"a lap takes {self.lap:.3g} s, and "
+        return f"{lap}an error of height grows e-fold in {self.fold:.3g} s"
+
+
+def spans_between(time: Floats) -> Floats:
+    """How long the interval is that each sample of a run ends, none for the first (s), from times (..., n)."""
+    spans = np.zeros_like(time)
+    np.subtract(time[..., 1:], time[..., :-1], out=spans[..., 1:])
+    return spans
+
 
 @dataclass(frozen=True, kw_only=True)
 class Heights:
@@ -65,9 +77,7 @@ class Heights:
     @property
     def spans(self) -> Floats:
         """How long the interval is that each sample ends (n,): none for the first (s)."""
-        spans = np.zeros_like(self.time)
-        np.subtract(self.time[1:], self.time[:-1], out=spans[1:])
-        return spans
+        return spans_between(self.time)
 
     def part_means(self) -> Floats:
         """Mean height in each of ``PARTS`` equally long pieces of the run (m)."""

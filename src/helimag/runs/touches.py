@@ -1,7 +1,9 @@
 """Contacts of a run with floor, surface and walls that hold, and what they say of it."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +26,11 @@ class Touch:
     last: float
     total: float
 
-    def text(self) -> str:
-        """The reason for the verdict on a run that this wall holds."""
+    @property
+    def numbers(self) -> dict[str, object]:
+        """For the sentence that gives the reason for the verdict on a run that this wall holds."""
         count = "one contact" if self.count == 1 else f"{self.count} contacts"
-        side = str(self.wall)
-        return self.wall.cause.text(count=count, first=self.first, last=self.last, total=self.total, side=side)
+        return {"count": count, "first": self.first, "last": self.last, "total": self.total, "side": str(self.wall)}
 
     @property
     def times(self) -> str:
@@ -49,6 +51,25 @@ def touches_from(values: Mapping[str, Sequence[float] | NDArray[np.float64]]) ->
         for wall in Limit
         if values["count"][wall.flag] > 0
     )
+
+
+class Contacts(NamedTuple):
+    """Contacts with all walls: how often one began, how long they took, each wall's time added, and the first (s)."""
+
+    number: int
+    total: float
+    first: float | None
+
+
+UNTOUCHED = Contacts(0, 0.0, None)
+
+
+def summed(touches: Sequence[Touch]) -> Contacts:
+    """Contacts with all walls together."""
+    if not touches:
+        return UNTOUCHED
+    number, total = sum(touch.count for touch in touches), math.fsum(touch.total for touch in touches)
+    return Contacts(number, total, min(touch.first for touch in touches))
 
 
 def holding(touches: Sequence[Touch], time: NDArray[np.float64]) -> Touch | None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from helimag import quantities as q
 from helimag.errors import InputError
@@ -27,10 +27,25 @@ def _as_list(value: object) -> object:
     return [value] if isinstance(value, Mapping) else value
 
 
+def _writable(name: str) -> str:
+    """The name, of characters that can be written everywhere."""
+    if any(unicodedata.category(character) in UNWRITTEN for character in name):
+        raise InputError(f"must be one line without control characters; got {name!a}")
+    return name
+
+
+def _marked(provenance: dict[str, str]) -> dict[str, str]:
+    """Sources of values, each of which says of what kind it is."""
+    for key, mark in provenance.items():
+        if mark.partition(":")[0] not in MARKS:
+            raise InputError(f".{key} must begin with one of {', '.join(MARKS)} and a colon; got '{mark}'")
+    return provenance
+
+
 class Scenario(Part):
     """Everything a run needs. Frozen; :meth:`replaced` gives a changed copy."""
 
-    name: str = "unnamed"
+    name: Annotated[str, AfterValidator(_writable)] = "unnamed"
     """What runs of it are called; what was changed since is added by itself."""
     device: Device
     """What swims: a table ``[device]``."""
@@ -44,14 +59,12 @@ class Scenario(Part):
     """What ends or holds it: a table ``[workspace]``."""
     run: Run = Run()
     """How long: a table ``[run]``."""
-    provenance: dict[str, str] = {}
+    provenance: Annotated[dict[str, str], AfterValidator(_marked)] = {}
     """Where values come from: a table ``[provenance]``."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if any(unicodedata.category(character) in UNWRITTEN for character in self.name):
-            raise InputError(f"name must be one line without control characters; got {self.name!a}")
-        if len({magnet.field for magnet in self.magnet}) > 1:
+        if any(magnet.field != self.magnet[0].field for magnet in self.magnet[1:]):
             raise InputError("magnet: all magnets must have the same field model")
         if self.drive.distance <= self.contact_distance:
             got = q.show(self.drive.distance, q.LENGTH)
@@ -66,11 +79,6 @@ class Scenario(Part):
         if path is not None and self.run.duration > path.duration:
             got, most = q.show(self.run.duration, q.TIME), q.show(path.duration, q.TIME)
             raise InputError(f"run.duration must not exceed the end of drive.path, {most}; got '{got}'")
-        for key, mark in self.provenance.items():
-            if mark.partition(":")[0] not in MARKS:
-                raise InputError(
-                    f"provenance.{key} must begin with one of {', '.join(MARKS)} and a colon; got '{mark}'"
-                )
         return self
 
     @property
@@ -87,10 +95,12 @@ class Scenario(Part):
     @property
     def hash(self) -> str:
         """SHA-256 of all that decides the run, as JSON with sorted keys: put together from that of its parts."""
-        magnets = ", ".join(magnet.canonical for magnet in self.magnet)
-        parts = {name: getattr(self, name).canonical for name in ("device", "drive", "fluid", "run", "workspace")}
-        whole = sorted({**parts, "magnet": f"[{magnets}]"}.items())
-        return hashlib.sha256(("{" + ", ".join(f'"{name}": {text}' for name, text in whole) + "}").encode()).hexdigest()
+        magnets = ", ".join([magnet.canonical for magnet in self.magnet])
+        whole = (
+            f'{{"device": {self.device.canonical}, "drive": {self.drive.canonical}, "fluid": {self.fluid.canonical}, '
+            f'"magnet": [{magnets}], "run": {self.run.canonical}, "workspace": {self.workspace.canonical}}}'
+        )
+        return hashlib.sha256(whole.encode()).hexdigest()
 
     @property
     def title(self) -> str:
@@ -143,18 +153,24 @@ class Scenario(Part):
         Traceback (most recent call last):
         helimag.errors.InputError: drive.pitch must be an angle such as '12.7 deg'; got '15', which has no unit
         """
-        # parts that keep their values are handed on as they are: neither written out nor checked again
-        touched = {path.partition(".")[0] for path in changes} & Scenario.model_fields.keys()
-        data = {name: getattr(self, name) for name in Scenario.model_fields}
-        data |= self.model_dump(mode="python", include=touched)
-        kept = _apart(tuple(data["provenance"]), tuple(changes))
-        data["provenance"] = {key: data["provenance"][key] for key in kept}
-        for path, value in changes.items():
-            self._assign(data, path, value)
-        changed = validated(data, in_file=False)
+        provenance = _apart(tuple(self.provenance.items()), tuple(changes))
+        try:
+            values = {"provenance": provenance, **self.checked(changes)}
+            changed = Scenario.model_validate(self.with_values(values))
+        except ValueError:  # or a place in a list; the whole is checked, which says all that is wrong and where
+            changed = self._replaced_as_a_whole(provenance, changes)
         if changed.name == self.name:
             changed.__dict__[ORIGIN] = self.__dict__.get(ORIGIN, self)
         return changed
+
+    def _replaced_as_a_whole(self, provenance: Mapping[str, str], changes: Mapping[str, object]) -> "Scenario":
+        """The same with all values of the parts that change checked as a file's."""
+        touched = {path.partition(".")[0] for path in changes} & Scenario.model_fields.keys()
+        data = {name: getattr(self, name) for name in Scenario.model_fields} | {"provenance": provenance}
+        data |= self.model_dump(mode="python", include=touched - {"provenance"})
+        for path, value in changes.items():
+            self._assign(data, path, value)
+        return validated(data, in_file=False)
 
     def _assign(self, data: dict[str, Any], path: str, value: object) -> None:
         """Set the entry of the scenario's own nested data that a dotted path names."""
@@ -209,9 +225,9 @@ def _without_none(value: Any) -> Any:
 
 
 @lru_cache(maxsize=64)  # the same marks and paths for every run of a sweep
-def _apart(marks: Sequence[str], paths: Sequence[str]) -> tuple[str, ...]:
+def _apart(marks: Sequence[tuple[str, str]], paths: Sequence[str]) -> dict[str, str]:
     """The marks that speak of none of the paths."""
-    return tuple(mark for mark in marks if not any(_overlap(mark, path) for path in paths))
+    return {key: mark for key, mark in marks if not any(_overlap(key, path) for path in paths)}
 
 
 def _overlap(one: str, other: str) -> bool:

@@ -1,6 +1,6 @@
 """The runs of one chunk: scenarios in, arrays out. What every engine calls, here or on another machine."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -13,14 +13,14 @@ from helimag.engine import DEFAULT, History, advance, method_named, start_state
 from helimag.ensembles import Devices
 from helimag.errors import InputError
 from helimag.outcomes import End, Reason, Verdict
-from helimag.runs import Judgement
+from helimag.runs import judge_each
 from helimag.scenario import Scenario
 
 Rows = dict[str, NDArray[np.generic]]
 
 HASH_BYTES = 32
 # runs of a chunk, those of devices too, whose histories are held in memory: as many as hold so many samples
-FEWEST_AT_ONCE, MOST_AT_ONCE = 64, 512
+FEWEST_AT_ONCE, MOST_AT_ONCE = 64, 1024
 SAMPLES_AT_ONCE = 80_000
 
 # name: unit, meaning; one number a run
@@ -105,7 +105,7 @@ def compute(
     _say(rows, range(len(scenarios)), [Reason.SCENARIO_REFUSED] * len(scenarios))
     valid = [(point, scenario) for point, scenario in enumerate(scenarios) if scenario is not None]
     total = len(valid) * (1 if kept.devices is None else 1 + len(kept.devices))
-    ended: dict[int, list[Judgement]] = {point: [] for point, _ in valid}
+    ended: dict[int, list[tuple[Verdict, float]]] = {point: [] for point, _ in valid}
     runs, begin = _runs(valid, kept.devices), 0
     at_once = _at_once([scenario for _, scenario in valid])
     while batch := list(islice(runs, at_once)):
@@ -113,12 +113,15 @@ def compute(
         seen = None if progress is None else partial(_part_seen, progress, begin, len(batch), total)
         engine: dict[str, Any] = {"method": method_named(kept.method), "threads": threads, "progress": seen}
         histories = advance([run.scenario for run in batch], initial_states=states, **engine)
-        judgements = [_judged(history) for history in histories]
-        own = [i for i, run in enumerate(batch) if not run.drawn]
-        _fill(rows, [batch[i].point for i in own], [histories[i] for i in own], [judgements[i] for i in own])
-        for run, judgement in zip(batch, judgements, strict=True):
-            if run.drawn and judgement is not None:
-                ended[run.point].append(judgement)
+        judged = judge_each([history.heights for history in histories])
+        causes = [
+            said[0] if said is not None and history.status is not End.NOT_FINITE else None
+            for said, history in zip(judged.said, histories, strict=True)
+        ]
+        _fill(rows, batch, histories, causes, judged.numbers)
+        for run, cause, gain in zip(batch, causes, judged.numbers["gain"].tolist(), strict=True):
+            if run.drawn and cause is not None:
+                ended[run.point].append((cause.verdict, gain))
         begin += len(batch)
     if kept.devices is not None:
         for point, drawn in ended.items():
@@ -161,48 +164,42 @@ def _part_seen(progress: Callable[[float], None], begin: int, count: int, total:
     progress((begin + done * count) / total)
 
 
-def _fill_spread(rows: Rows, point: int, judgements: Sequence[Judgement], drawn: int) -> None:
-    """Write how the devices of a point ended; what did not run or broke down counts as failed."""
+def _fill_spread(rows: Rows, point: int, ended: Sequence[tuple[Verdict, float]], drawn: int) -> None:
+    """Write how the devices of a point ended, with their gains; what did not run or broke down counts as failed."""
     for name, verdict in PROBABILITIES.items():
-        rows[name][point] = sum(judgement.verdict is verdict for judgement in judgements) / drawn
-    rows["probability_inside"][point] = sum(judgement.verdict.inside for judgement in judgements) / drawn
-    rows["probability_failed"][point] = (drawn - len(judgements)) / drawn
-    if judgements:
-        gains = [judgement.gain for judgement in judgements]
+        rows[name][point] = sum(each is verdict for each, _ in ended) / drawn
+    rows["probability_inside"][point] = sum(each.inside for each, _ in ended) / drawn
+    rows["probability_failed"][point] = (drawn - len(ended)) / drawn
+    if ended:
+        gains = [gain for _, gain in ended]
         for name, share in SHARES.items():
             rows[name][point] = np.quantile(gains, share)
 
 
-def _judged(history: History) -> Judgement | None:
-    """How a run is judged; None where its numbers broke down, or it has no input: it starts level with the magnet."""
-    if history.status is End.NOT_FINITE:
-        return None
-    try:
-        return history.judge()
-    except InputError:
-        return None
-
-
 def _fill(
-    rows: Rows, points: Sequence[int], histories: Sequence[History], judgements: Sequence[Judgement | None]
+    rows: Rows,
+    runs: Sequence[_Run],
+    histories: Sequence[History],
+    causes: Sequence[Reason | None],
+    numbers: Mapping[str, NDArray[np.float64]],
 ) -> None:
-    """Write runs' results into the rows of their points, column by column: many times faster than run by run."""
-    digests = b"".join(bytes.fromhex(history.scenario.hash) for history in histories)
-    rows["scenario_hash"][points] = np.frombuffer(digests, np.uint8).reshape(-1, HASH_BYTES)
+    """Write the points' own runs into their rows, column by column: many times faster than run by run.
+
+    A cause is missing where the numbers of a run broke down, or it has no input: it starts level with the magnet.
+    """
+    own = [i for i, run in enumerate(runs) if not run.drawn]
+    digests = b"".join(bytes.fromhex(runs[i].scenario.hash) for i in own)
+    rows["scenario_hash"][[runs[i].point for i in own]] = np.frombuffer(digests, np.uint8).reshape(-1, HASH_BYTES)
     if "position" in rows:
-        for point, history in zip(points, histories, strict=True):
-            _fill_places(rows, point, history)
-    judged = [i for i, judgement in enumerate(judgements) if judgement is not None]
-    found = [judgement for judgement in judgements if judgement is not None]
-    where = [points[i] for i in judged]
+        for i in own:
+            _fill_places(rows, runs[i].point, histories[i])
+    found = {i: cause for i in own if (cause := causes[i]) is not None}
+    judged, where = list(found), [runs[i].point for i in found]
     for name in SCALARS:
-        if name != "height_change":
-            rows[name][where] = [getattr(judgement, name) for judgement in found]  # NaN for None
-    means = [histories[i].heights.mean for i in judged]
-    rows["height_change"][where] = [mean[-1] - mean[0] for mean in means]
-    _say(rows, where, [judgement.cause for judgement in found])
-    broken = [i for i, history in enumerate(histories) if history.status is End.NOT_FINITE]
-    lost = [points[i] for i in broken]
+        rows[name][where] = numbers[name][judged]
+    _say(rows, where, list(found.values()))
+    broken = [i for i in own if histories[i].status is End.NOT_FINITE]
+    lost = [runs[i].point for i in broken]
     rows["end_time"][lost] = [histories[i].time[-1] for i in broken]
     _say(rows, lost, [Reason.NUMBERS_BROKE_DOWN] * len(lost))
 

@@ -1,5 +1,6 @@
 """Where chunks are computed: threads on this machine, or a dask.distributed cluster. Same chunks, same numbers."""
 
+import gc
 import math
 import os
 import threading
@@ -15,6 +16,7 @@ from helimag.sweeps.compute import Kept, Rows, compute
 Job = tuple[int, Callable[[], Sequence[Scenario | None]]]  # chunk, and what makes its scenarios
 CONNECT_SECONDS = 10
 AHEAD = 2  # jobs sent for each worker thread: one that runs, one that waits
+OBJECTS = 50_000  # made between searches for cycles: what runs are made of is gone sooner, and would be gone through
 UNDER_WAY = ("lost", "pending")  # of a future that had finished: it will again
 
 
@@ -59,6 +61,8 @@ class Threads:
         pool = ThreadPoolExecutor(max(1, at_once))
         waiting = iter(jobs)
         pending: dict[Future[Rows], int] = {}
+        thresholds = gc.get_threshold()
+        gc.set_threshold(max(OBJECTS, thresholds[0]), *thresholds[1:])
 
         def send(count: int) -> None:
             for _, job in zip(range(count), waiting, strict=False):
@@ -75,6 +79,7 @@ class Threads:
                 send(len(finished))
                 report(math.fsum(list(under_way.values())))
         finally:
+            gc.set_threshold(*thresholds)
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
 

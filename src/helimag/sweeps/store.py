@@ -4,6 +4,7 @@ A chunk of runs is one zarr chunk of each variable. Its files are written one by
 comes its row of ``checksum``, which commits it. A chunk without that row does not count and is computed again.
 """
 
+import asyncio
 import contextlib
 import hashlib
 import json
@@ -94,12 +95,11 @@ class Store:
 
     def commit(self, chunk: int, rows: Rows) -> None:
         """Write a chunk's rows (runs first) and, when all are on file, its checksums."""
-        extent, block = self.resolved.extent(chunk), self.resolved.block(chunk)
-        for name in self.names:
-            values = rows[name]
-            self._write(name, self._file(name, chunk), block, values.reshape(*extent, *values.shape[1:]))
+        extent = self.resolved.extent(chunk)
+        shaped = {name: rows[name].reshape(*extent, *rows[name].shape[1:]) for name in self.names}
+        self._write(chunk, self.resolved.block(chunk), shaped)
         sums = np.array([[checksum(self._file(name, chunk)) for name in self.names]], np.uint64)
-        self._write(CHECKSUM, self._file(CHECKSUM, chunk), (slice(chunk, chunk + 1),), sums)
+        self._write(chunk, (slice(chunk, chunk + 1),), {CHECKSUM: sums})
         self.done.add(chunk)
 
     def read(self, chunk: int, name: str) -> NDArray[np.generic]:
@@ -107,14 +107,22 @@ class Store:
         values = np.asarray(self._arrays[name][self.resolved.block(chunk)])
         return values.reshape(-1, *values.shape[len(self.resolved.shape) :])
 
-    def _write(self, name: str, file: Path, where: tuple[slice, ...], values: NDArray[np.generic]) -> None:
-        try:
-            self._arrays[name][where] = values
-        except OSError as error:
-            raise FileError(
-                f"{file} cannot be written: {error.strerror or error}; what was committed is unharmed: remove the "
-                "cause and run the same command again"
-            ) from None
+    def _write(self, chunk: int, where: tuple[slice, ...], values: Rows) -> None:
+        """Write a chunk of some variables at once: one after the other, most of the time goes into waiting for each."""
+        from zarr.core.sync import sync
+
+        async def written() -> list[BaseException | None]:
+            writes = [self._arrays[name].async_array.setitem(where, each) for name, each in values.items()]
+            return await asyncio.gather(*writes, return_exceptions=True)
+
+        for name, failure in zip(values, sync(written()), strict=True):
+            if isinstance(failure, OSError):
+                raise FileError(
+                    f"{self._file(name, chunk)} cannot be written: {failure.strerror or failure}; what was committed "
+                    "is unharmed: remove the cause and run the same command again"
+                )
+            if failure is not None:
+                raise failure
 
     def _is_committed(self, chunk: int) -> bool:
         """Whether a chunk is whole on file; damage raises."""
@@ -135,7 +143,12 @@ class Store:
         return True
 
     def _file(self, name: str, chunk: int) -> Path:
-        return chunk_file(self.path, name, self.resolved, chunk)
+        """Where zarr keeps a chunk of a variable."""
+        if name == CHECKSUM:
+            return self.path / name / "c" / str(chunk) / "0"
+        index = self.resolved.chunks[chunk]
+        further = self._arrays[name].ndim - len(index)  # which no chunk divides
+        return self.path.joinpath(name, "c", *map(str, (*index, *([0] * further))))
 
 
 def _chunking(path: Path, resolved: ResolvedPlan) -> tuple[int, ...]:
@@ -148,14 +161,6 @@ def _chunking(path: Path, resolved: ResolvedPlan) -> tuple[int, ...]:
     if len(found) != len(resolved.shape) or min(found) < 1:
         raise FileError(f"{path / 'verdict' / 'zarr.json'} is damaged: its chunks do not lie along the plan's axes")
     return found
-
-
-def chunk_file(path: Path, name: str, resolved: ResolvedPlan, chunk: int) -> Path:
-    """Where zarr keeps a chunk of a variable."""
-    if name == CHECKSUM:
-        return path / name / "c" / str(chunk) / "0"
-    further = len(variables(resolved)[name][0]) - len(resolved.shape)
-    return path.joinpath(name, "c", *map(str, (*resolved.chunks[chunk], *([0] * further))))
 
 
 def checksum(file: Path) -> int:
