@@ -86,6 +86,7 @@ def deviation(plan: ArmPlan, playback: Playback) -> Deviation:
     late_at_end = playback.duration - plan.duration
     timing = max(float(np.abs(late).max()), abs(late_at_end)) / plan.duration
     differences = (
+        *playback.faults,
         *_paces(plan, playback, late),
         *_settings(plan, playback),
         *_assumed(playback),
