@@ -218,6 +218,7 @@ OTHER = {  # what takes effect: the duration (s) it comes to, or None where only
     "arc attitude": ("$CIRC_TYPE=#PATH", "$CIRC_TYPE=#BASE", None),
     "joint accelerations": ("PTP XSTART", "BAS (#ACC_PTP,20)\nPTP XSTART", None),
     "turn accelerations": ("PTP XSTART", "$ACC.ORI1=50.0\nPTP XSTART", None),
+    "speed of the approach left out": ("$VEL.CP=0.1000000000\n", "", None),
     "turn speed left out": ("$VEL.ORI2=216.5000000000\n", "", None),
     "an output": (PATH, "$OUT[7]=TRUE\n" + PATH, None),
     "a further joint motion": (PATH, PATH + "PTP_REL {A6 0}\n", None),
@@ -303,6 +304,8 @@ def test_outputs_are_switched_as_planned():
     src, dat = written("output")
     late = src.replace("$OUT[3]=TRUE\n", "").replace("LIN XP1\n", "LIN XP1\n$OUT[3]=TRUE\n")
     assert any("beginning and the end" in line for line in found(late, dat, "output").differences)
+    early = src.replace("$OUT[3]=TRUE\n", "").replace("PTP XSTART\n", "$OUT[3]=TRUE\nPTP XSTART\n")
+    assert any("does not stand where the path begins" in line for line in found(early, dat, "output").differences)
 
 
 def test_programmes_set_the_override_when_the_arm_has_reached_the_start():
