@@ -358,6 +358,7 @@ REFUSED = {
     "type": (PATH, "DECL INT I\nI=1.5\n" + PATH, "line 34: I must be a value of type INT"),
     "component": ("LIN XP1\n", "LIN {X 1,Q 2}\n", "line 34: expected a pose"),
     "twice": ("LIN XP1\n", "LIN {X 1,X 2}\n", "line 34: component X is given twice"),
+    "of another structure": ("LIN XP1\n", "LIN {E6AXIS: X 159.9675}\n", "line 34: E6AXIS has no component X"),
     "further axis": ("LIN XP1\n", "LIN {X 1,E1 2}\n", "line 34: E1: further axes"),
     "PTP to a pose": ("LIN XP1\n", "PTP XP1\n", "line 34: expected PTP to joint angles"),
     "rounded PTP": ("PTP XSTART", "PTP XSTART C_PTP", "line 30: rounding of a PTP"),

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
-from helimag.errors import FileError, InputError
+from helimag.errors import InputError
+from helimag.files import bytes_of
 
 Floats = NDArray[np.float64]
 Line = tuple[int, str]  # its number in the file, and its text
@@ -103,12 +104,7 @@ def read_table(
 
 
 def _text(path: Path) -> str:
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        raise FileError(f"there is no file '{path}'") from None
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
+    content = bytes_of(path)
     try:
         text = content.decode("utf-16" if content.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
     except UnicodeDecodeError:
