@@ -150,6 +150,8 @@ def bytes_of(path: str | Path, *, missing: str | None = None) -> bytes:
             if (stat.S_ISCHR(kind) or stat.S_ISBLK(kind)) and not file.isatty():
                 raise FileError(f"{path} cannot be read: it is a device, and no file")
             content = file.read(MOST_PIPED + 1)
+    except FileError:
+        raise
     except FileNotFoundError:
         raise FileError(missing or f"there is no file '{path}'") from None
     except (OSError, ValueError) as error:

@@ -1,6 +1,5 @@
 """What -o means in every command: files whose suffix decides what they hold, looked at before the work begins."""
 
-import os
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -122,7 +121,7 @@ def _paths(value: object) -> Iterator[str | Path]:
 
 def _same(one: str | Path, other: str | Path) -> bool:
     try:
-        return os.path.samefile(one, other)
+        return Path(one).samefile(other)
     except (OSError, ValueError):  # not there, or no name of a file
         return False
 
