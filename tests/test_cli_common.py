@@ -206,6 +206,34 @@ def test_what_is_no_file_is_refused_in_one_line(words, place, empty):
     assert [path.name for path in empty.iterdir()] == ["loop"]
 
 
+COUNTS = sorted(
+    (words, name)
+    for words, options in ALL.items()
+    for option in options
+    for name in option.names
+    if option.hint in {int, int | None} and name.startswith("--")
+)
+
+
+def test_the_walk_finds_the_counts():
+    assert {(("orbit", "map"), "--nodes"), (("sweep",), "--threads"), (("studio",), "--port")} <= set(COUNTS)
+
+
+@pytest.mark.parametrize(
+    "given", ["1.5", "1_000", "0x10", "\u0663", "1e3", "-1", "nan", "inf", "", " 7", "9" * 21, "9" * 5000]
+)
+@pytest.mark.parametrize(("words", "name"), COUNTS)
+def test_a_count_is_written_in_digits_and_has_limits(words, name, given, empty):
+    """1.5 was rounded to 2; a map of 10^21 nodes ended in a traceback."""
+    needed = {("studio",): (), ("robot", "jitter"): ("paper/fig3c", "jitter.toml")}.get(words) or WRITING.get(words, ())
+    folder = ("-o", "made") if words in FOLDERS else ()
+    said = run(*words, *needed, *folder, f"{name}={given}")
+    assert (said.status, said.out) == (2, "")
+    assert f"{name} must be a whole number from " in said.err
+    assert said.err.count("\n") == 1
+    assert list(empty.iterdir()) == []
+
+
 @pytest.mark.parametrize("words", FILES, ids=" ".join)
 def test_a_file_that_is_there_may_be_named_but_once(words, empty):
     """It passes the look at the outputs: what is refused is the second name."""

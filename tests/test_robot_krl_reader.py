@@ -502,6 +502,43 @@ def test_what_is_written_is_the_plan(kind):
     assert back.acceptable
 
 
+# lines of a written programme that may be missing: what they set is so by default, or changes no motion; the override
+# is said to be taken for granted
+MAY_MISS = {"INTERRUPT ON 3", "$IPO_MODE=#BASE", "$ORI_TYPE=#VAR", "$ADVANCE=3", "$OV_PRO=100"}
+# and that may stand twice: what is set twice to the same is set, and the controller's own interrupt may be declared anew
+TWICE = re.compile(r"\$(?!OUT)|BAS \(#INITMOV|(GLOBAL )?INTERRUPT|;|$")
+
+
+def edited(kind, edit):
+    """A written programme with each of its lines of code changed: file, number, line, and whether it passes."""
+    for file, text in enumerate(written(kind)):
+        lines = text.splitlines()
+        for i, line in enumerate(lines):
+            code = line.partition(";")[0].strip()
+            if not code or code.startswith("&"):
+                continue
+            texts = list(written(kind))
+            texts[file] = "\n".join(edit(lines, i)) + "\n"
+            try:
+                passes = found(*texts, kind).acceptable
+            except InputError:
+                passes = False
+            yield file, i + 1, code, passes
+
+
+@pytest.mark.parametrize("kind", ["line", "output", "hold"])
+def test_no_line_can_be_taken_away_unnoticed(kind):
+    missing = list(edited(kind, lambda lines, i: lines[:i] + lines[i + 1 :]))
+    assert len(missing) > 30
+    assert {code for _, _, code, passes in missing if passes} == MAY_MISS
+
+
+@pytest.mark.parametrize("kind", ["line", "output", "hold"])
+def test_no_line_can_stand_twice_unnoticed(kind):
+    for file, number, code, passes in edited(kind, lambda lines, i: lines[: i + 1] + lines[i:]):
+        assert passes == (file == 0 and TWICE.match(code) is not None), (number, code)
+
+
 NUMBER = re.compile(r"[-+]?\d+\.?\d*")
 WILD = ["0", "-1", "180", "99999", "1e30", "-1e30", "1e400", "nan", "1e-30", "3.7"]
 WILD += ["", "--1", "1.2.3", "1 2", "#BASE", "$X"]
