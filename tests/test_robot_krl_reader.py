@@ -505,7 +505,7 @@ def test_what_is_written_is_the_plan(kind):
 # lines of a written programme that may be missing: what they set is so by default, or changes no motion; the override
 # is said to be taken for granted
 MAY_MISS = {"INTERRUPT ON 3", "$IPO_MODE=#BASE", "$ORI_TYPE=#VAR", "$ADVANCE=3", "$OV_PRO=100"}
-# and that may stand twice: what is set twice to the same is set, and the controller's own interrupt may be declared anew
+# and that may stand twice: what is set twice to the same is set, and the controller declares its own interrupt anew
 TWICE = re.compile(r"\$(?!OUT)|BAS \(#INITMOV|(GLOBAL )?INTERRUPT|;|$")
 
 
