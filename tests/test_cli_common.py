@@ -159,6 +159,81 @@ def test_a_folder_in_the_place_of_a_file_is_refused_and_the_other_way_round(word
     assert list(empty.iterdir()) == [place]
 
 
+@pytest.mark.parametrize("words", WRITING, ids=" ".join)
+def test_what_is_read_is_never_written_over(words, empty):
+    """Whatever its suffix, and by whatever name: a link, a way around."""
+    name = good_name(words)
+    place = empty / name
+    if place.suffix in {"", ".zarr"}:
+        place.mkdir()
+    else:
+        place.write_text("keep me")
+    (empty / "link").symlink_to(name)
+    first, *rest = WRITING[words]
+    if words == ("reproduce",):  # it reads nothing
+        return
+    for read in (name, f"./{name}", "link", place):
+        said = run(*words, read, *rest, "-o", name)
+        assert (said.status, said.out) == (2, "")
+        assert said.err == f"helimag: --output names '{name}', which this command reads; name another file\n"
+    assert place.is_dir() or place.read_text() == "keep me"
+
+
+# what each command reads first, in words that follow it
+READING = {words: rest[1:] for words, rest in WRITING.items() if words != ("reproduce",)} | {
+    ("orbit", "check"): (),
+    ("resistance",): (),
+    ("robot", "read-back"): ("paper/table1-row1",),
+    ("doctor",): (),
+    ("cite",): (),
+    ("presets",): (),
+    ("studio",): ("--no-browser",),
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="devices of Unix")
+@pytest.mark.parametrize("place", ["/dev/zero", "/dev/full", ".", "/", "loop", "loop/run.nc", "a\0b", "x" * 300, ""])
+@pytest.mark.parametrize("words", READING, ids=" ".join)
+def test_what_is_no_file_is_refused_in_one_line(words, place, empty):
+    """A device that never ends among them, a loop of links, and names that no file can have."""
+    (empty / "loop").symlink_to("loop")
+    name = good_name(words) if words in WRITING else ""
+    outputs = ("-o", name) if words in WRITING and words not in FOLDERS else ("-o", "made") if name else ()
+    said = run(*words, place, *READING[words], *outputs)
+    assert (said.status, said.out) == (2, "")
+    assert said.err.startswith("helimag: ")
+    assert said.err.count("\n") == 1
+    assert [path.name for path in empty.iterdir()] == ["loop"]
+
+
+COUNTS = sorted(
+    (words, name)
+    for words, options in ALL.items()
+    for option in options
+    for name in option.names
+    if option.hint in {int, int | None} and name.startswith("--")
+)
+
+
+def test_the_walk_finds_the_counts():
+    assert {(("orbit", "map"), "--nodes"), (("sweep",), "--threads"), (("studio",), "--port")} <= set(COUNTS)
+
+
+@pytest.mark.parametrize(
+    "given", ["1.5", "1_000", "0x10", "\u0663", "1e3", "-1", "nan", "inf", "", " 7", "9" * 21, "9" * 5000]
+)
+@pytest.mark.parametrize(("words", "name"), COUNTS)
+def test_a_count_is_written_in_digits_and_has_limits(words, name, given, empty):
+    """1.5 was rounded to 2; a map of 10^21 nodes ended in a traceback."""
+    needed = {("studio",): (), ("robot", "jitter"): ("paper/fig3c", "jitter.toml")}.get(words) or WRITING.get(words, ())
+    folder = ("-o", "made") if words in FOLDERS else ()
+    said = run(*words, *needed, *folder, f"{name}={given}")
+    assert (said.status, said.out) == (2, "")
+    assert f"{name} must be a whole number from " in said.err
+    assert said.err.count("\n") == 1
+    assert list(empty.iterdir()) == []
+
+
 @pytest.mark.parametrize("words", FILES, ids=" ".join)
 def test_a_file_that_is_there_may_be_named_but_once(words, empty):
     """It passes the look at the outputs: what is refused is the second name."""

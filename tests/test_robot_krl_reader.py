@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from helimag.cli import main
 from helimag.errors import FileError, InputError
-from helimag.robot import deviation, krl_texts, load_cell, plan, play, write_krl
+from helimag.robot import deviation, krl_texts, load_cell, log_of_playback, plan, play, write_krl
 from helimag.scenario import load
 
 CELL = load_cell("wide")
@@ -117,7 +117,11 @@ def changed(old, new, kind="line", *, dat=False):
     """What a written programme comes to with one piece of text in another's place."""
     texts = list(written(kind))
     assert old in texts[dat]
+    declared = "" if dat else "".join(line for line in new.splitlines(keepends=True) if line.startswith("DECL "))
+    for line in declared.splitlines(keepends=True):  # where they belong; what follows keeps its number
+        new = new.replace(line, "", 1)
     texts[dat] = texts[dat].replace(old, new, 1)
+    texts[0] = texts[0].replace("DEF row1 ( )\n", f"DEF row1 ( )\n{declared}", 1)
     return found(*texts, kind)
 
 
@@ -171,7 +175,6 @@ SAME = {  # arithmetic that comes to the same programme
         "DECL INT I,J\nDECL REAL V[3]\nJ=1\nFOR I=3 TO 1 STEP -1\nV[I]=I*0.000275\nENDFOR\n$VEL.CP=V[J+2]\nLIN XP1\n",
     ),
     "string": (PATH, 'DECL CHAR N[24]\nN[]="P1 ; "\nN[1]="Q"\n' + PATH),
-    "constant": (SPEED, "DECL CONST REAL V=0.000825\n$VEL.CP=V\n"),
     "global interrupt of a sub-programme": (
         PATH + "END\n",
         "SET()\n" + PATH + "END\nDEF SET()\nGLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM()\nEND\n",
@@ -215,6 +218,7 @@ OTHER = {  # what takes effect: the duration (s) it comes to, or None where only
     "arc attitude": ("$CIRC_TYPE=#PATH", "$CIRC_TYPE=#BASE", None),
     "joint accelerations": ("PTP XSTART", "BAS (#ACC_PTP,20)\nPTP XSTART", None),
     "turn accelerations": ("PTP XSTART", "$ACC.ORI1=50.0\nPTP XSTART", None),
+    "speed of the approach left out": ("$VEL.CP=0.1000000000\n", "", None),
     "turn speed left out": ("$VEL.ORI2=216.5000000000\n", "", None),
     "an output": (PATH, "$OUT[7]=TRUE\n" + PATH, None),
     "a further joint motion": (PATH, PATH + "PTP_REL {A6 0}\n", None),
@@ -300,6 +304,8 @@ def test_outputs_are_switched_as_planned():
     src, dat = written("output")
     late = src.replace("$OUT[3]=TRUE\n", "").replace("LIN XP1\n", "LIN XP1\n$OUT[3]=TRUE\n")
     assert any("beginning and the end" in line for line in found(late, dat, "output").differences)
+    early = src.replace("$OUT[3]=TRUE\n", "").replace("PTP XSTART\n", "$OUT[3]=TRUE\nPTP XSTART\n")
+    assert any("does not stand where the path begins" in line for line in found(early, dat, "output").differences)
 
 
 def test_programmes_set_the_override_when_the_arm_has_reached_the_start():
@@ -352,6 +358,7 @@ REFUSED = {
     "type": (PATH, "DECL INT I\nI=1.5\n" + PATH, "line 34: I must be a value of type INT"),
     "component": ("LIN XP1\n", "LIN {X 1,Q 2}\n", "line 34: expected a pose"),
     "twice": ("LIN XP1\n", "LIN {X 1,X 2}\n", "line 34: component X is given twice"),
+    "of another structure": ("LIN XP1\n", "LIN {E6AXIS: X 159.9675}\n", "line 34: E6AXIS has no component X"),
     "further axis": ("LIN XP1\n", "LIN {X 1,E1 2}\n", "line 34: E1: further axes"),
     "PTP to a pose": ("LIN XP1\n", "PTP XP1\n", "line 34: expected PTP to joint angles"),
     "rounded PTP": ("PTP XSTART", "PTP XSTART C_PTP", "line 30: rounding of a PTP"),
@@ -372,6 +379,16 @@ REFUSED = {
     "own stop": (PATH + "END\n", PATH + "END\nDEF IR_STOPM()\nPTP XSTART\nEND\n", "line 37: an interrupt's routine"),
     "own BAS": (PATH + "END\n", PATH + "END\nDEF BAS(A:IN,B:IN)\nEND\n", "line 9: BAS takes parameters"),
     "word that is no statement": (PATH, PATH + "LINX XP1\n", "line 35: expected a type that helimag reads; got LINX"),
+    "own data of the same name": (PATH, "DECL E6POS XP1\n" + PATH, "line 4: 'XP1' is declared in the .dat file or by"),
+    "own table of tools": (PATH, "DECL FRAME TOOL_DATA[3]\n" + PATH, "line 4: 'TOOL_DATA' is declared in the .dat"),
+    "a note in the midst": (PATH, "&ACCESS RVO\n" + PATH, "line 33: expected a statement"),
+    "digits of others": (SPEED, "$VEL.CP=0.00082\u0665\n", "line 33: expected a statement"),
+    "half a line's end": (SPEED, "; 0.1\r" + SPEED, ".src file, line 33: a carriage return without a line feed"),
+    "no head of data": ("DEFDAT row1", "", ".dat file, line [123]: expected DEFDAT"),
+    "no end of data": ("ENDDAT\n", "", ".dat file, line [0-9]+: expected ENDDAT"),
+    "a setting among data": (
+        "DECL E6POS XP1", "$VEL.CP=0.000825\nDECL E6POS XP1", ".dat file, line 4: a data list sets no settings"
+    ),
     "data that are not read": (
         "DECL E6POS XP1", "DECL SPECIAL_T S={A 1}\nDECL REAL R=S.A\nDECL E6POS XP1", "'S' is of type SPECIAL_T, which"
     ),
@@ -408,8 +425,7 @@ REFUSED = {
     "points beyond": (
         PATH, "DECL E6POS P[2]\nP[1]=XP1\nLIN P[3]\n", "line 35: the index of P must be from 1 to 2; got 3"
     ),
-    "two indices": (PATH, "DECL REAL V[2,2]\n" + PATH, "line 33: expected a statement"),
-    "constant": (SPEED, "DECL CONST REAL V=0.5\nV=0.000825\n$VEL.CP=V\n", "line 34: 'V' is declared CONST"),
+    "two indices": (PATH, "DECL REAL V[2,2]\n" + PATH, "line 4: expected a statement"),
     "switch by a real": (PATH, "SWITCH 1.0\nCASE 1\nENDSWITCH\n" + PATH, "line 33: SWITCH takes a whole number"),
     "case of another kind": (PATH, "SWITCH 1\nCASE #BASE\nENDSWITCH\n" + PATH, "line 34: CASE must be of the kind"),
     "before the first case": (
@@ -434,6 +450,43 @@ def test_what_is_not_followed_is_refused_with_its_line(change):
     assert len(str(caught.value).splitlines()) == 1
 
 
+MISDECLARED = {  # what no controller takes, though it is clear enough what is meant
+    "behind a statement": (SPEED, "DECL REAL V\nV=0.825\n$VEL.CP=V*1.0E-3\n", 33, "behind a statement"),
+    "in a block": (PATH, "IF TRUE THEN\nDECL INT I\nENDIF\n" + PATH, 34, "behind a statement"),
+    "without DECL": (PATH, "INT I\n" + PATH, 33, "behind a statement"),
+    "external": (PATH, "EXT GRIP(INT:IN)\n" + PATH, 33, "behind a statement"),
+    "in a sub-programme": (
+        PATH + "END\n", PATH + "END\nDEF GO()\nWAIT SEC 1.0\nDECL INT I\nEND\n", 38, "behind a statement"
+    ),
+    "with a value": ("DEF row1 ( )\n", "DEF row1 ( )\nDECL INT I=3\n", 4, "in the .dat file only"),
+    "for good": ("DEF row1 ( )\n", "DEF row1 ( )\nDECL CONST INT I=3\n", 4, "in the .dat file only"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("change", MISDECLARED)
+def test_what_no_controller_takes_is_no_programme_of_the_plan(change):
+    old, new, line, why = MISDECLARED[change]
+    src, dat = written()
+    assert old in src
+    playback = play(src.replace(old, new, 1), dat, CELL.arm)
+    back = deviation(planned(), playback)
+    assert not back.acceptable
+    (told,) = back.differences
+    assert told.startswith(f"line {line}: ")
+    assert why in told
+    assert back.duration == pytest.approx(SECONDS, abs=0.01)
+    with pytest.raises(InputError, match=f"no controller carries this programme out: line {line}"):
+        log_of_playback(playback, load("nose-first/table1-row1"), CELL)
+
+
+def test_constants_are_those_of_the_data_list():
+    src, dat = written()
+    fast = dat.replace("DECL E6POS XP1", "DECL CONST REAL V=0.000825\nDECL E6POS XP1", 1)
+    assert found(src.replace(SPEED, "$VEL.CP=V\n"), fast).acceptable
+    with pytest.raises(InputError, match="line 33: 'V' is declared CONST"):
+        found(src.replace(SPEED, "V=0.5\n$VEL.CP=V\n"), fast)
+
+
 def test_an_auxiliary_point_s_attitude_is_the_arc_s():
     with pytest.raises(InputError, match="the auxiliary point's A, B, C are 1 deg off"):
         changed("Z 146.330182, A 45.0", "Z 146.330182, A 46.0", "arcs", dat=True)
@@ -447,6 +500,43 @@ def test_what_is_written_is_the_plan(kind):
     back = found(*written(kind), kind)
     assert back.differences == ()
     assert back.acceptable
+
+
+# lines of a written programme that may be missing: what they set is so by default, or changes no motion; the override
+# is said to be taken for granted
+MAY_MISS = {"INTERRUPT ON 3", "$IPO_MODE=#BASE", "$ORI_TYPE=#VAR", "$ADVANCE=3", "$OV_PRO=100"}
+# and that may stand twice: what is set twice to the same is set, and the controller declares its own interrupt anew
+TWICE = re.compile(r"\$(?!OUT)|BAS \(#INITMOV|(GLOBAL )?INTERRUPT|;|$")
+
+
+def edited(kind, edit):
+    """A written programme with each of its lines of code changed: file, number, line, and whether it passes."""
+    for file, text in enumerate(written(kind)):
+        lines = text.splitlines()
+        for i, line in enumerate(lines):
+            code = line.partition(";")[0].strip()
+            if not code or code.startswith("&"):
+                continue
+            texts = list(written(kind))
+            texts[file] = "\n".join(edit(lines, i)) + "\n"
+            try:
+                passes = found(*texts, kind).acceptable
+            except InputError:
+                passes = False
+            yield file, i + 1, code, passes
+
+
+@pytest.mark.parametrize("kind", ["line", "output", "hold"])
+def test_no_line_can_be_taken_away_unnoticed(kind):
+    missing = list(edited(kind, lambda lines, i: lines[:i] + lines[i + 1 :]))
+    assert len(missing) > 30
+    assert {code for _, _, code, passes in missing if passes} == MAY_MISS
+
+
+@pytest.mark.parametrize("kind", ["line", "output", "hold"])
+def test_no_line_can_stand_twice_unnoticed(kind):
+    for file, number, code, passes in edited(kind, lambda lines, i: lines[: i + 1] + lines[i:]):
+        assert passes == (file == 0 and TWICE.match(code) is not None), (number, code)
 
 
 NUMBER = re.compile(r"[-+]?\d+\.?\d*")

@@ -144,6 +144,17 @@ def test_a_changed_handshake_load_or_way_up_is_found(change):
     assert any(words in each for each in differences(src.replace(old, new, 1)))
 
 
+def test_the_motor_is_switched_where_the_path_begins_and_ends():
+    """Not before the arm has gone to the start, which takes who knows how long, nor behind the way up."""
+    src, _ = written("line")
+    on, off = "$OUT[5]=TRUE\n", "$OUT[5]=FALSE\n"
+    early = src.replace(on, "", 1).replace("PTP XSTART\n", f"{on}PTP XSTART\n", 1)
+    assert any("$OUT[5]=TRUE does not stand where the path begins" in each for each in differences(early))
+    head, gap, tail = src.partition("LIN XP1\n")
+    late = head + gap + tail.replace(off, "", 1).replace("LIN XUP\n", f"LIN XUP\n{off}", 1)
+    assert any("$OUT[5]=FALSE does not stand where it ends" in each for each in differences(late))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

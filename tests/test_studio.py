@@ -356,7 +356,9 @@ def test_the_robot_programme_is_checked_and_downloads(page):
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         names = set(archive.namelist())
         assert {"report.json", "scenario.toml", "paper_fig3c.src", "paper_fig3c.dat"} <= names
-        assert json.loads(archive.read("report.json"))["feasible"] is True
+        report = json.loads(archive.read("report.json"))
+        assert report["feasible"] is True
+        assert report["verdict"] in {str(verdict) for verdict in hm.Verdict}
         assert archive.read("paper_fig3c.src").startswith(b"&ACCESS")
 
 

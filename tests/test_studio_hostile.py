@@ -5,6 +5,8 @@ import io
 import re
 import socket
 import zlib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -183,6 +185,48 @@ def open_port(tmp_path_factory):
     folder = tmp_path_factory.mktemp("open")
     with browser.served(folder=folder) as address:
         yield int(address.split(":")[2].rstrip("/")), folder
+
+
+ROUTE = "/studio/picture"  # the one place that gives content by a name in its address
+UNKNOWN = (
+    *(
+        f"{ROUTE}/x/{w}"
+        for w in ("live", "0", "-1", "1e3", "999999", "%D9%A3", "%C2%B2", "live%00", "live%0d%0aX:%20y")
+    ),
+    *(
+        f"{ROUTE}/{k}/live"
+        for k in ("%00", "%2e%2e", "..", "%F0%9F%98%80", "'%20or%201=1", "A" * 8000, "*", "__proto__")
+    ),
+    f"{ROUTE}/x/live?" + "q=" * 8000,
+    f"{ROUTE}/x",
+    f"{ROUTE}//live",
+    f"{ROUTE}/x/live/",
+)
+
+
+@pytest.mark.parametrize("path", UNKNOWN)
+def test_no_guessed_name_gives_content(open_port, path):
+    status, body = said(open_port[0], asked(path, open_port[0]))
+    assert status in {307, 400, 404}
+    assert b"Traceback" not in body
+    assert str(Path(hm.__file__).parent).encode() not in body
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "TRACE", "BREW"])
+def test_content_is_fetched_and_not_changed(open_port, method):
+    port, folder = open_port
+    more = f"Origin: http://127.0.0.1:{port}\r\nContent-Length: 0\r\n"
+    status, _ = said(port, asked(f"{ROUTE}/x/live", port, method=method, more=more))
+    assert status in {400, 404, 405}
+    assert list(folder.iterdir()) == []
+
+
+def test_many_who_guess_at_once_keep_nobody_out(open_port):
+    port, _ = open_port
+    with ThreadPoolExecutor(16) as pool:
+        found = list(pool.map(lambda i: said(port, asked(f"{ROUTE}/{i}/live", port))[0], range(200)))
+    assert set(found) == {404}
+    assert said(port, asked("/", port))[0] == 200
 
 
 TRAVERSALS = (

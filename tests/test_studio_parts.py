@@ -1,9 +1,13 @@
 """The studio without a browser: forces along a run, packets, knobs, state, and the run that is always the last."""
 
+import csv
+import io
 import json
+import re
 import threading
 import time
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -17,6 +21,7 @@ missing = browser.lacking()
 if missing is not None:
     pytest.skip(missing, allow_module_level=True)
 
+from helimag.plots._style import styled  # noqa: E402
 from helimag.studio import server  # noqa: E402
 from helimag.studio.answer import Stage  # noqa: E402
 from helimag.studio.downloads import as_csv, file_name, zipped  # noqa: E402
@@ -327,6 +332,63 @@ def test_files_are_named_by_letters_alone(run):
     assert file_name("///") == "run"
     assert zipped({"a": b"b"})[:2] == b"PK"
     assert as_csv(run).splitlines()[0].startswith(b"time [s],x [m]")
+
+
+HOSTILE = [
+    "../../x",
+    "..\\..\\x",
+    "a\r\nX-Header: b",
+    'a"; filename="b.exe',
+    "=cmd|' /C calc'!A0",
+    "\u202egnp.exe",
+    "%2e%2e%2f",
+    "x" * 999,
+]
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_no_name_gets_into_a_file_s_name_or_a_cell(name):
+    """Of a scenario, which names every file that the studio gives."""
+    assert re.fullmatch("[A-Za-z0-9-]{1,60}", file_name(name))
+    odd = hm.simulate(SHORT.replaced({"name": "odd", "run.duration": "2 s"}))
+    odd.dataset.attrs["name"] = name
+    odd.dataset["gap"].attrs["units"] = name
+    head, *rows = csv.reader(io.StringIO(as_csv(odd).decode(), newline=""))
+    assert head[:4] == ["time [s]", "x [m]", "y [m]", "z [m]"]
+    assert not any(cell.startswith(("=", "+", "@", "\t", "\r", "\n")) for cell in head)
+    np.testing.assert_array_equal([float(row[2]) for row in rows], odd.dataset["position"].values[:, 1])
+    assert min(float(row[3]) for row in rows) < 0.0  # negative numbers are numbers, and no formulas
+
+
+def test_figures_that_two_tabs_ask_for_at_once_are_drawn_one_after_the_other():
+    """Matplotlib has one style for all threads: drawn at once, each would be in parts of the other's."""
+    before, inside, leave, order = dict(plt.rcParams), threading.Event(), threading.Event(), []
+
+    def first():
+        with styled("slide"):
+            inside.set()
+            leave.wait(60.0)
+            order.append(plt.rcParams["font.size"])
+
+    def second():
+        with styled("small"):
+            order.append(plt.rcParams["font.size"])
+
+    threads = [threading.Thread(target=first), threading.Thread(target=second)]
+    threads[0].start()
+    assert inside.wait(60.0)
+    threads[1].start()
+    threads[1].join(0.2)  # it would be through by now
+    leave.set()
+    for thread in threads:
+        thread.join(60.0)
+    sizes = []
+    for size in ("slide", "small"):
+        with styled(size):
+            sizes.append(plt.rcParams["font.size"])
+    assert order == sizes
+    assert sizes[0] != sizes[1]
+    assert dict(plt.rcParams) == before
 
 
 def test_a_port_that_cannot_be_is_refused():

@@ -20,6 +20,7 @@ import helimag
 from helimag import FileError, InputError, load
 from helimag.outcomes import Reason, Verdict
 from helimag.sweeps import counts, estimate, export, load_sweep, parse_plan, resolve, resolved, trial
+from helimag.sweeps.kept import identity_hash
 from helimag.sweeps.run import sweep
 from helimag.sweeps.store import Store
 
@@ -454,7 +455,7 @@ def test_a_store_goes_on_with_the_method_that_it_was_begun_with(done, tmp_path):
     found = json.loads((store / "zarr.json").read_text(encoding="utf-8"))
     identity = json.loads(found["attributes"]["identity"])
     assert found["attributes"].pop("method") == identity.pop("method") == "direct"
-    found["attributes"]["identity"] = json.dumps(identity)
+    found["attributes"] |= {"identity": json.dumps(identity), "plan_hash": identity_hash(identity)}
     (store / "zarr.json").write_text(json.dumps(found), encoding="utf-8")
     (store / "checksum/c/2/0").unlink()  # a chunk that was not committed
     again = sweep(parse_plan(PLAN), out=store).load()

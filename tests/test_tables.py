@@ -168,6 +168,45 @@ def test_what_cannot_be_read_is_refused_with_its_line(text, words, tmp_path):
     assert str(caught.value).startswith(f"{tmp_path / 't.csv'}: ")
 
 
+SPARE = {
+    "a column behind that is empty": "time [s],x [mm],note\n0,1,5,\n1,2,5,\n",
+    "a column behind that is not written": "time [s],x [mm],note\n0,1,5\n1,2,5\n",
+    "two decimal commas and two columns": "time [s],x [mm],quality,note\n0,0,1,5\n1,5,2,5\n",
+    "some rows without": "time [s],x [mm],note\n0,1,5\n1,2\n",
+    "a first column that is none": "frame,time [s],x [mm],note\n1,0,1,5\n2,1,2,5\n",
+    "all whole numbers": "time [s],x [mm],frame\n0,1,1\n1,2,2\n",
+    "exponents": "time [s],x [mm],frame\n0,1e0,1\n1,2e0,2\n",
+    "a fraction too many": "time [s],x [mm],note\n0,012,0,5\n1,5,2,5\n",
+}
+
+
+@pytest.mark.parametrize("name", SPARE)
+def test_decimal_commas_between_commas_never_shift_a_number(name, tmp_path):
+    """What may be a fraction is never read as the next column's number."""
+    with pytest.raises(InputError, match=r"line \d: .* (decimal comma|decimal ones)") as caught:
+        read(tmp_path / "t.csv", SPARE[name])
+    assert str(caught.value).count("\n") == 0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time [s],x [mm],frame\n0.0,1,1\n1,2,2\n",
+        "time [s],x [mm],note\n0,1.0,\n1,2,late\n",
+        "time [s];x [mm];note\n0,0;1\n1;2;7\n",
+        "time [s]\tx [mm]\tnote\n0\t1\t\n1\t2\t7\n",
+        "frame,time [s],x [mm]\n7,0,1\n8,1,2\n",
+        "time [s],x [mm],\n0,1,\n1,2,\n",
+        "time [s],x [mm]\n0,1,\n1,2,\n",
+        "time [s],x [mm],\n0,1\n1,2\n",
+    ],
+)
+def test_spare_columns_whose_numbers_are_clear_are_passed_over(text, tmp_path):
+    found = read(tmp_path / "t.csv", text)
+    assert found.values["time"].tolist() == [0.0, 1.0]
+    assert found.values["x"].tolist() == [0.001, 0.002]
+
+
 def test_files_that_cannot_be_opened(tmp_path):
     with pytest.raises(FileError, match="there is no file"):
         read_table(tmp_path / "none.csv", KINDS, needed=("x",))

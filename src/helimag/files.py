@@ -3,6 +3,7 @@
 import csv
 import io
 import os
+import stat
 import tempfile
 import tomllib
 from collections.abc import Iterable, Iterator
@@ -12,6 +13,7 @@ from typing import Any
 
 from helimag.errors import FileError, InputError
 
+MOST_PIPED = 2**28  # bytes that a pipe may give: it says of itself neither how many there are nor whether it ends
 PART = ".part"  # what a file that is being written ends in
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")  # how one begins
 
@@ -122,10 +124,38 @@ def text_of(path: str | Path, *, missing: str | None = None) -> str:
         Where it is not text.
     """
     try:
-        return Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise FileError(missing or f"there is no file '{path}'") from None
+        return bytes_of(path, missing=missing).decode("utf-8")
     except UnicodeDecodeError:
         raise InputError(f"{path} is not a text file") from None
+
+
+def bytes_of(path: str | Path, *, missing: str | None = None) -> bytes:
+    """The content of a file, or of a pipe with an end; ``missing`` is what to say where there is none.
+
+    Returns
+    -------
+    bytes
+        All of it.
+
+    Raises
+    ------
+    FileError
+        Where there is no such file, it cannot be read, is a device, which may never end, or a pipe that does not.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            kind = os.fstat(file.fileno()).st_mode
+            if stat.S_ISREG(kind):
+                return file.read()
+            if (stat.S_ISCHR(kind) or stat.S_ISBLK(kind)) and not file.isatty():
+                raise FileError(f"{path} cannot be read: it is a device, and no file")
+            content = file.read(MOST_PIPED + 1)
+    except FileError:
+        raise
+    except FileNotFoundError:
+        raise FileError(missing or f"there is no file '{path}'") from None
     except (OSError, ValueError) as error:
         raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if len(content) > MOST_PIPED:
+        raise FileError(f"{path} cannot be read: it is a pipe that gives more than {MOST_PIPED // 2**20} MB")
+    return content

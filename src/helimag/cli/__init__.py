@@ -9,6 +9,7 @@ from cyclopts import App, CycloptsError, UnusedCliTokensError
 
 from helimag.cli import calibration, checks, compare, design, orbits, pictures, robot, runs, studio, sweeps, vision
 from helimag.cli._common import common_of, speaking
+from helimag.cli._outputs import check_not_read
 from helimag.cli._streams import OutputLost, guarded
 from helimag.errors import HelimagError, RunError
 
@@ -65,6 +66,7 @@ def _status() -> int:
     try:
         try:
             command, bound, _ = app.parse_args(exit_on_error=False, print_error=False)
+            check_not_read(bound)
             with speaking(common_of(bound)):
                 command(*bound.args, **bound.kwargs)
         finally:

@@ -6,9 +6,9 @@ A command takes them as one parameter, ``errors: ErrorOptions = NO_ERRORS`` or `
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter, validators
+from cyclopts import Parameter
 
-from helimag.cli._shared import quantity
+from helimag.cli._shared import LARGEST_SEED, quantity, whole
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,9 +37,7 @@ class ErrorOptions:
             "released."
         ),
     ] = None
-    seed: Annotated[
-        int | None, Parameter(validator=validators.Number(gte=0), help="With an ensemble: of the draws; 0 if left out.")
-    ] = None
+    seed: Annotated[int | None, whole(0, LARGEST_SEED, help="With an ensemble: of the draws; 0 if left out.")] = None
 
     def check_unused(self) -> None:
         """Refuse them without an ensemble."""
@@ -76,8 +74,9 @@ class DrawOptions(ErrorOptions):
 
     draws: Annotated[
         int | None,
-        Parameter(
-            validator=validators.Number(gte=1, lte=100_000),
+        whole(
+            1,
+            100_000,
             help="With an ensemble: how many devices; if left out, 100 of one run and 32 of each point of a sweep.",
         ),
     ] = None

@@ -1,8 +1,9 @@
 """What -o means in every command: files whose suffix decides what they hold, looked at before the work begins."""
 
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from inspect import BoundArguments
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -91,6 +92,38 @@ def check_outputs(
 
         if any(FILM.fits(path) for path in paths or ()):
             plots.check_filming()
+
+
+def check_not_read(bound: BoundArguments) -> None:
+    """Refuse an output that is one of the files which a command was given to read: it would be gone.
+
+    Raises
+    ------
+    InputError
+        Naming it.
+    """
+    given = dict(bound.arguments)
+    named = given.pop("output", None) or []
+    read = [path for value in given.values() for path in _paths(value)]
+    for output in named if isinstance(named, list) else [named]:
+        if any(_same(output, path) for path in read):
+            raise InputError(f"--output names '{output}', which this command reads; name another file")
+
+
+def _paths(value: object) -> Iterator[str | Path]:
+    """What may be a file's name in the value of an argument."""
+    if isinstance(value, (str, Path)):
+        yield value
+    elif isinstance(value, (list, tuple)):
+        for each in value:
+            yield from _paths(each)
+
+
+def _same(one: str | Path, other: str | Path) -> bool:
+    try:
+        return Path(one).samefile(other)
+    except (OSError, ValueError):  # not there, or no name of a file
+        return False
 
 
 def _repeated(paths: Iterable[Path]) -> Path:

@@ -3,13 +3,14 @@
 import json
 import logging
 import math
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from helimag.errors import InputError
 
@@ -30,6 +31,9 @@ Changes = Annotated[
     ),
 ]
 LOG = logging.getLogger(__name__)
+WHOLE = re.compile("[0-9]{1,18}")
+LARGEST_SEED = 10**18 - 1
+MOST_THREADS = 4096
 
 
 @contextmanager
@@ -85,6 +89,18 @@ def input_range(option: str, scenario: "Scenario", text: str) -> tuple[str, tupl
         raise InputError(f'{option} must be an input and a range such as drive.pitch="5 deg..15 deg"; got {text!r}')
     given = Input(path.strip())
     return given.path, (given.read(scenario, low.strip()), given.read(scenario, high.strip()))
+
+
+def whole(least: int, most: int, **more: Any) -> Parameter:
+    """Of an option that takes a whole number from ``least`` to ``most``, written in digits and no other way."""
+
+    def read(_: object, tokens: Sequence[Token]) -> int:
+        text = tokens[0].value
+        if not WHOLE.fullmatch(text) or not least <= int(text) <= most:
+            raise InputError(f"{tokens[0].keyword} must be a whole number from {least} to {most}; got {text[:40]!r}")
+        return int(text)
+
+    return Parameter(converter=read, **more)
 
 
 def quantity(option: str, text: str, kind: "Kind") -> float:

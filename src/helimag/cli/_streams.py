@@ -4,7 +4,7 @@ import io
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any, TextIO, cast
 
 
@@ -54,22 +54,25 @@ class _Guarded:
 def guarded() -> Iterator[None]:
     """Within, a failure of standard output raises :class:`OutputLost`, and one of standard error is passed over.
 
-    Streams that were closed before Python started go nowhere, and their numbers are taken, lest the next file that is
-    opened gets them and with it whatever is printed.
+    Streams that were closed before Python started take nothing either, and their numbers are taken, lest the next file
+    that is opened gets them and with it whatever is printed.
     """
     before = sys.stdout, sys.stderr
     taken = os.open(os.devnull, os.O_RDWR)
     while taken <= 2:
         taken = os.dup(taken)
     os.close(taken)
-    out, err = (stream if stream is not None else _nowhere() for stream in before)
-    sys.stdout = cast(TextIO, _Guarded(out, must_be_heard=True))
-    sys.stderr = cast(TextIO, _Guarded(err, must_be_heard=False))
-    try:
-        yield
-    finally:
-        sys.stdout, sys.stderr = before
+    with ExitStack() as ours:
+        out, err = (stream if stream is not None else ours.enter_context(_closed()) for stream in before)
+        sys.stdout = cast(TextIO, _Guarded(out, must_be_heard=True))
+        sys.stderr = heard = cast(TextIO, _Guarded(err, must_be_heard=False))
+        try:
+            yield
+        finally:
+            heard.flush()
+            sys.stdout, sys.stderr = before
 
 
-def _nowhere() -> TextIO:
-    return open(os.devnull, "w", encoding="utf-8")
+def _closed() -> TextIO:
+    """A stream that can be written to as little as a closed one, and says the same."""
+    return os.fdopen(os.open(os.devnull, os.O_RDONLY), "w", encoding="utf-8")

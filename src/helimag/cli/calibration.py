@@ -1,7 +1,7 @@
 """The command calibrate, and what simulate says with --ensemble."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from helimag.cli._common import PLAIN, Common
 from helimag.cli._drawing import DrawOptions
@@ -17,7 +17,7 @@ from helimag.cli._outputs import (
     the_one,
     write_outputs,
 )
-from helimag.cli._shared import print_json, progress_bar
+from helimag.cli._shared import MOST_THREADS, print_json, progress_bar, whole
 
 if TYPE_CHECKING:
     from helimag.calibration import Posterior
@@ -30,7 +30,7 @@ def calibrate(
     *,
     output: Outputs = None,
     size: FigureSize = None,
-    threads: int | None = None,
+    threads: Annotated[int | None, whole(1, MOST_THREADS)] = None,
     next_runs: bool = True,
     common: Common = PLAIN,
 ) -> None:

@@ -3,13 +3,22 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter, validators
+from cyclopts import Parameter
 
 from helimag.cli._common import PLAIN, Common
 from helimag.cli._drawing import NO_ERRORS, ErrorOptions
 from helimag.cli._found_orbits import orbit_report
 from helimag.cli._outputs import SCENARIO, Outputs, check_outputs, files_report, print_files, write_outputs
-from helimag.cli._shared import Changes, ScenarioName, input_range, print_json, progress_bar, quantity, scenario_from
+from helimag.cli._shared import (
+    Changes,
+    ScenarioName,
+    input_range,
+    print_json,
+    progress_bar,
+    quantity,
+    scenario_from,
+    whole,
+)
 
 if TYPE_CHECKING:
     from helimag.design import Design
@@ -32,7 +41,7 @@ def design(
             help='An input to choose with its range, such as --limit drive.pitch="5 deg..15 deg". May be repeated.',
         ),
     ] = None,
-    runs: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100_000))] = 200,
+    runs: Annotated[int, whole(1, 100_000)] = 200,
     ensemble: Path | None = None,
     errors: ErrorOptions = NO_ERRORS,
     output: Outputs = None,

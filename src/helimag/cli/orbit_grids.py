@@ -18,7 +18,16 @@ from helimag.cli._outputs import (
     stored,
     write_outputs,
 )
-from helimag.cli._shared import Changes, ScenarioName, input_range, print_json, progress_bar, quantity, scenario_from
+from helimag.cli._shared import (
+    Changes,
+    ScenarioName,
+    input_range,
+    print_json,
+    progress_bar,
+    quantity,
+    scenario_from,
+    whole,
+)
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,7 +64,7 @@ def map_(
         ),
     ],
     changes: Changes = None,
-    nodes: int = 40,
+    nodes: Annotated[int, whole(2, 1000)] = 40,
     output: Outputs = None,
     size: FigureSize = None,
     common: Common = PLAIN,
@@ -71,7 +80,6 @@ def map_(
     """
     if len(vary) != 2:
         raise InputError(f"--vary must be given twice, with two inputs and their ranges; got {len(vary)}")
-    _at_least("--nodes", nodes, 2)
     check_outputs(output, FIGURE, DATA, size=size)
     import numpy as np
 
@@ -103,7 +111,7 @@ def flow(
     *,
     changes: Changes = None,
     box: Box = None,
-    nodes: int = 13,
+    nodes: Annotated[int, whole(4, 100)] = 13,
     output: Outputs = None,
     size: FigureSize = None,
     common: Common = PLAIN,
@@ -117,7 +125,6 @@ def flow(
     output
         Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.
     """
-    _at_least("--nodes", nodes, 4)
     check_outputs(output, FIGURE, DATA, size=size)
     from helimag import orbits
 
@@ -160,9 +167,9 @@ def basin(
     engine: Literal["full", "averaged"] = "full",
     attitude: Literal["settled", "released"] = "settled",
     box: Box = None,
-    nodes: int | None = None,
+    nodes: Annotated[int | None, whole(2, 100)] = None,
     duration: str | None = None,
-    check: int = 60,
+    check: Annotated[int, whole(1, 100_000)] = 60,
     output: Outputs = None,
     size: FigureSize = None,
     common: Common = PLAIN,
@@ -186,8 +193,6 @@ def basin(
         Write a figure (.png, .svg, .pdf) or the data (.nc) to this file. May be repeated.
     """
     starts = DEFAULT_STARTS[engine] if nodes is None else nodes
-    _at_least("--nodes", starts, 2)
-    _at_least("--check", check, 1)
     check_outputs(output, FIGURE, DATA, size=size)
     if engine == "averaged" and attitude != "settled":
         raise InputError("--attitude released needs full runs: the averaged model knows settled attitudes only")
@@ -226,11 +231,6 @@ def basin(
         size=size,
     )
     print_basin(caught, compared, (low, high), output, common.json)
-
-
-def _at_least(option: str, given: int, least: int) -> None:
-    if given < least:
-        raise InputError(f"{option} must be at least {least}; got {given}")
 
 
 def _span(scenario: "Scenario", text: str) -> tuple[str, tuple[float, float]]:

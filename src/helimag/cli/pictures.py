@@ -53,7 +53,10 @@ def plot(
         Write a figure (.png, .svg, .pdf) to this file; of a sweep also an interactive page (.html), of a run a film
         (.mp4). May be repeated. Left out: a .png beside the file, with its name.
     """
-    output = output or [(file if file.name else file.resolve()).with_suffix(".png")]
+    named = file if file.name else file.resolve()
+    if not output and not named.name:
+        raise InputError(f"{file} is no file, and has no name that its figure could have; name one with --output")
+    output = output or [named.with_suffix(".png")]
     check_outputs(output, FIGURE, PAGE, FILM, size=size)
     what, writers = _opened(file)
     for path in output:

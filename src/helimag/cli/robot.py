@@ -29,9 +29,9 @@ from helimag.cli._robot_reports import (
     print_outcome,
     print_plan,
 )
-from helimag.cli._shared import Changes, ScenarioName, print_json, progress_bar, scenario_from
+from helimag.cli._shared import LARGEST_SEED, Changes, ScenarioName, print_json, progress_bar, scenario_from, whole
 from helimag.cli.runs import run_writers
-from helimag.errors import InputError, NotFeasible
+from helimag.errors import NotFeasible
 
 if TYPE_CHECKING:
     from helimag.robot import ArmPlan
@@ -211,8 +211,8 @@ def jitter(
     *,
     changes: Changes = None,
     cell: CellFile = None,
-    draws: int = 4,
-    seed: int = 0,
+    draws: Annotated[int, whole(1, 10_000)] = 4,
+    seed: Annotated[int, whole(0, LARGEST_SEED)] = 0,
     common: Common = PLAIN,
 ) -> None:
     """Find what errors of arm and motor do to the gain.
@@ -228,8 +228,6 @@ def jitter(
     """
     from helimag import robot
 
-    if draws < 1:
-        raise InputError(f"--draws must be 1 or more; got {draws}")
     chosen = scenario_from(scenario, changes)
     if spectrum.suffix == ".csv":
         errors = robot.measured_jitter(chosen, robot.read_log(spectrum, _cell(cell)), spectrum.name)

@@ -6,13 +6,13 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from helimag.cli._common import PLAIN, Common
-from helimag.cli._shared import ScenarioName, print_json
+from helimag.cli._shared import ScenarioName, print_json, whole
 
 
 def studio(
     scenario: ScenarioName = "paper/fig3c",
     *,
-    port: int = 8137,
+    port: Annotated[int, whole(0, 65_535)] = 8137,
     host: str = "127.0.0.1",
     browser: bool = True,
     demo: Annotated[bool, Parameter(negative="")] = False,

@@ -25,8 +25,7 @@ from helimag.cli._outputs import (
     the_one,
     write_outputs,
 )
-from helimag.cli._shared import print_json, print_warnings, validity_warnings
-from helimag.errors import InputError
+from helimag.cli._shared import MOST_THREADS, print_json, print_warnings, validity_warnings, whole
 
 if TYPE_CHECKING:
     from helimag.cli._outputs import Format, Writer
@@ -39,7 +38,7 @@ def sweep(
     output: Annotated[Outputs, Parameter(name=[*OUTPUT, "--export"])] = None,
     size: FigureSize = None,
     scheduler: str | None = None,
-    threads: int | None = None,
+    threads: Annotated[int | None, whole(1, MOST_THREADS)] = None,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
     ensemble: Path | None = None,
     drawing: DrawOptions = NO_DRAWING,
@@ -67,8 +66,6 @@ def sweep(
     check_outputs(output, STORE, DATA, TABLE, FIGURE, PAGE, size=size)
     from helimag import sweeps
 
-    if threads is not None and threads < 1:
-        raise InputError(f"--threads must be at least 1; got {threads}")
     store = None if dry_run else the_one(output, STORE)
     asked = _asked(plan, ensemble, drawing)
     if store is None:

@@ -20,7 +20,7 @@ from helimag.cli._outputs import (
     print_files,
     write_outputs,
 )
-from helimag.cli._shared import print_json, progress_bar
+from helimag.cli._shared import LARGEST_SEED, print_json, progress_bar, whole
 from helimag.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,9 +42,9 @@ def render(
     reflection: float = 0.35,
     bubble: str = "0 mm",
     angle: str = "0 deg",
-    bits: int = 8,
+    bits: Annotated[int, whole(1, 64)] = 8,
     boards: Annotated[bool, Parameter(negative="--no-boards")] = True,
-    seed: int = 0,
+    seed: Annotated[int, whole(0, LARGEST_SEED)] = 0,
     common: Common = PLAIN,
 ) -> None:
     """Film a simulated run as two cameras would see it through the tank's walls, with the truth beside it.

@@ -1,6 +1,7 @@
 """Looks: sizes that suit a two-column paper and a slide, and colours that the colour-blind can tell apart."""
 
 import re
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -107,9 +108,12 @@ SHEETS: dict[str, Sheet] = {
 }
 
 
+_DRAWING = threading.RLock()
+
+
 @contextmanager
 def styled(size: Size = "print") -> Iterator[Sheet]:
-    """Draw in helimag's style without changing the caller's.
+    """Draw in helimag's style without changing the caller's; one thread at a time, as Matplotlib has one style for all.
 
     Yields
     ------
@@ -124,7 +128,7 @@ def styled(size: Size = "print") -> Iterator[Sheet]:
     if size not in SHEETS:
         raise InputError(f"size must be one of {', '.join(get_args(Size))}; got '{size}'")
     sheet = SHEETS[size]
-    with mpl.rc_context():
+    with _DRAWING, mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(cast(Any, STYLE | {name: sheet.points(points) for name, points in FONTS.items()}))
         yield sheet

@@ -177,7 +177,19 @@ def log_of_playback(playback: Playback, scenario: Scenario, cell: Cell) -> Log:
 
     The axis is the way round that fits the start. What comes before the path begins, and the way up at its end, are no
     part of the run.
+
+    Returns
+    -------
+    Log
+        Poses of the tool over time, lab frame, SI.
+
+    Raises
+    ------
+    InputError
+        Where no controller would take the programme.
     """
+    if playback.faults:
+        raise InputError(f"no controller carries this programme out: {playback.faults[0]}")
     playback = on_path(cell, playback)
     keep = np.append(np.diff(playback.time) > CLOSEST, True) & (playback.time >= -CLOSEST)
     time = playback.time[keep]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from helimag.errors import FileError
-from helimag.files import replacing
+from helimag.files import bytes_of, replacing
 
 if TYPE_CHECKING:
     import xarray
@@ -94,7 +94,7 @@ def read_netcdf(path: str | Path) -> "xarray.Dataset":
     if place.is_dir():
         raise FileError(f"{path} is a directory; name a file in it")
     try:
-        content = unsealed(place.read_bytes(), place)
+        content = unsealed(bytes_of(path), place)
         with h5py.File(io.BytesIO(content)) as whole:  # where this fails in h5netcdf, it complains once more when freed
             whole.attrs.get("_nc3_strict")
         with xarray.open_dataset(io.BytesIO(content), engine="h5netcdf", decode_timedelta=False) as opened:
@@ -102,8 +102,6 @@ def read_netcdf(path: str | Path) -> "xarray.Dataset":
             if numbers > EXPANSION * len(content):
                 raise FileError(f"{path} is damaged: it claims to hold {numbers:.2g} numbers")
             return opened.load()
-    except FileNotFoundError:
-        raise FileError(f"there is no file '{path}'") from None
     except FileError:
         raise
     except Exception as error:  # noqa: BLE001  a damaged file makes the libraries raise whatever they raise

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag import quantities as q
-from helimag.errors import FileError, InputError
+from helimag.errors import InputError
+from helimag.files import bytes_of
 
 Floats = NDArray[np.float64]
 Line = tuple[int, str]  # its number in the file, and its text
@@ -103,12 +104,7 @@ def read_table(
 
 
 def _text(path: Path) -> str:
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        raise FileError(f"there is no file '{path}'") from None
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
+    content = bytes_of(path)
     try:
         text = content.decode("utf-16" if content.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
     except UnicodeDecodeError:
@@ -133,7 +129,8 @@ def _table(
     stated = _STATED.fullmatch(lines[0][1])  # as spreadsheets write it for each other
     lines = lines[1:] if stated and len(lines) > 1 else lines
     separator = stated[1] if stated else next((mark for mark in ";\t" if mark in lines[0][1]), ",")
-    table = [(i, cells) for i, cells in ((i, _cells(line, separator)) for i, line in lines) if cells]
+    fields = {i: next(csv.reader([line], delimiter=separator)) for i, line in lines}
+    table = [(i, cells) for i, cells in ((i, _cells(line)) for i, line in fields.items()) if cells]
     if not table:
         raise InputError("it holds nothing but separators")
     program, table = translate(table) if translate else ("", table)
@@ -144,24 +141,51 @@ def _table(
         raise InputError(f"a table has a line of heads and two rows or more; it has {len(rows)} below its heads")
     for i, cells in rows:
         if len(cells) > len(heads):
-            raise InputError(
-                f"line {i}: there are {len(cells)} cells below {len(heads)} heads; numbers with a decimal comma need "
-                "semicolons or tabs between them"
-            )
+            raise _uncounted(i, len(cells), heads)
     values = {
         name: factor * _numbers(rows, place, heads[place], separator, name in gaps)
         for name, (place, factor) in places.items()
     }
-    _one_decimal_mark(rows, [place for place, _ in places.values()])
+    read = [place for place, _ in places.values()]
+    _one_decimal_mark(rows, read)
+    if separator == ",":
+        _no_decimal_commas(rows, heads, read, fields)
     return Columns(values, np.array([i for i, _ in rows], dtype=np.int64), comments, program)
 
 
-def _cells(line: str, separator: str) -> list[str]:
+def _cells(fields: Sequence[str]) -> list[str]:
     """The cells of a line, without blanks around them and without empty ones at its end."""
-    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    cells = [cell.strip() for cell in fields]
     while cells and not cells[-1]:
         cells.pop()
     return cells
+
+
+def _uncounted(line: int, cells: int, heads: Sequence[str]) -> InputError:
+    """A line with more or fewer cells than there are heads."""
+    return InputError(
+        f"line {line}: there are {cells} cells below {len(heads)} heads; numbers with a decimal comma need semicolons "
+        "or tabs between them, and a cell without a value its comma"
+    )
+
+
+def _no_decimal_commas(
+    rows: Sequence[Cells], heads: Sequence[str], read: Sequence[int], fields: Mapping[int, Sequence[str]]
+) -> None:
+    """Refuse a table between commas whose numbers may have decimal commas: cells would be read from the next column.
+
+    One row of ``0,1,5`` is 0, 1 and 5, or 0 and 1.5 with nothing in the third column: only who wrote it can tell.
+    """
+    for i, _ in rows:
+        if i in fields and len(fields[i]) < len(heads):
+            raise _uncounted(i, len(fields[i]), heads)
+    last = max(read)
+    if len(heads) > last + 1 and not any("." in cells[place] for _, cells in rows for place in read if cells[place:]):
+        raise InputError(
+            f"line {rows[0][0]}: no number has a decimal point, and behind '{heads[last]}' there is "
+            f"'{heads[last + 1]}', so that the commas may be decimal ones; put semicolons or tabs between the cells, "
+            "leave that column out, or write one number with a point (0.0)"
+        )
 
 
 def _places(

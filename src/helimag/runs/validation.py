@@ -10,6 +10,7 @@ import numpy as np
 from helimag import quantities as q
 from helimag.errors import InputError
 from helimag.outcomes import End, Limit
+from helimag.scenario import check_kept
 
 if TYPE_CHECKING:
     import xarray
@@ -83,6 +84,7 @@ def check_run(dataset: "xarray.Dataset", variables: Mapping[str, tuple[tuple[str
         text = dataset.attrs.get(name, "")
         if not isinstance(text, str) or NO_CHARACTER.search(text):
             raise InputError(f"its attribute {name} must be text; got {ascii(text)[:60]}")
+    check_kept(dataset.attrs)
     End.of(dataset.attrs["end"])
 
 

@@ -28,6 +28,7 @@ from helimag.scenario._fields import (
     Time,
 )
 from helimag.scenario._files import as_scenario, load, parse, preset_names
+from helimag.scenario._kept import check_kept, same_version
 from helimag.scenario._meanings import meanings, schema
 from helimag.scenario._path import Path
 from helimag.scenario._refusals import messages, model_of, models_in
@@ -77,6 +78,7 @@ __all__ = [
     "Workspace",
     "as_scenario",
     "check_apart",
+    "check_kept",
     "drive_inputs",
     "load",
     "meanings",
@@ -85,6 +87,7 @@ __all__ = [
     "models_in",
     "parse",
     "preset_names",
+    "same_version",
     "scalar_inputs",
     "schema",
     "validated",

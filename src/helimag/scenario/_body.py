@@ -3,7 +3,6 @@
 import hashlib
 import math
 from functools import cached_property
-from pathlib import Path
 from typing import Self
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from helimag.errors import FileError, InputError
+from helimag.files import bytes_of
 from helimag.scenario._fields import Length, Part, Size
 
 Floats = NDArray[np.float64]
@@ -73,10 +73,9 @@ class Body(Part):
 
     def _content(self) -> bytes:
         try:
-            return Path(self.file).read_bytes()
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise FileError(f"device.body.file {self.file} cannot be read: {reason}") from None
+            return bytes_of(self.file)
+        except FileError as error:
+            raise FileError(f"device.body.file: {error}") from None
 
     @property
     def front(self) -> float:

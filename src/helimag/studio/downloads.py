@@ -1,6 +1,5 @@
 """Files that a run is saved to, made in memory or in a folder of the studio's own that is gone afterwards."""
 
-import csv
 import io
 import tempfile
 import zipfile
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from helimag.files import csv_text
 from helimag.runs import Trajectory
 
 FORMATS = {
@@ -54,11 +54,8 @@ def as_csv(run: Trajectory) -> bytes:
         if name in data:
             unit = str(data[name].attrs.get("units", "1"))
             columns[name if unit == "1" else f"{name} [{unit}]"] = data[name].values
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([repr(float(value)) for value in row] for row in np.column_stack(list(columns.values())))
-    return text.getvalue().encode()
+    rows = ([float(value) for value in row] for row in np.column_stack(list(columns.values())))
+    return csv_text([list(columns), *rows]).encode()
 
 
 def zipped(texts: dict[str, bytes]) -> bytes:

@@ -14,6 +14,7 @@ from helimag.files import csv_text, replacing
 from helimag.outcomes import Reason, Verdict
 from helimag.runs import write_netcdf
 from helimag.sweeps.compute import SCALARS, SPREAD
+from helimag.sweeps.kept import check_kept_plan
 from helimag.sweeps.plan import parse_plan
 from helimag.sweeps.store import CHECKSUM, attributes_of, checksum
 
@@ -46,6 +47,10 @@ def load_sweep(path: str | Path) -> "xarray.Dataset":
     place = Path(path)
     attributes = attributes_of(place)
     check_whole(place, attributes)
+    try:
+        check_kept_plan(attributes)
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
     with _damage(place):
         opened = xarray.open_dataset(place, engine="zarr", consolidated=False, decode_timedelta=False)
         opened = opened.drop_vars(CHECKSUM)
@@ -74,6 +79,7 @@ def swept_in(dataset: "xarray.Dataset") -> "xarray.Dataset":
     missing += [name for name in ("plan", "scenario", "title") if not isinstance(dataset.attrs.get(name), str)]
     if missing:
         raise InputError(f"a sweep needs {', '.join(missing)}")
+    check_kept_plan(dataset.attrs)
     swept = dataset.set_coords([name for name in dataset.data_vars if "shown_in" in dataset[name].attrs])
     _check_values(swept)
     return swept

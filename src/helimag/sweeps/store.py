@@ -27,6 +27,7 @@ from helimag.runs.trajectory import versions
 from helimag.scenario import Input
 from helimag.sweeps.cautions import sweep_cautions
 from helimag.sweeps.compute import HASH_BYTES, Kept, Rows
+from helimag.sweeps.kept import identity_hash
 from helimag.sweeps.resolved import ResolvedPlan
 
 if TYPE_CHECKING:
@@ -294,7 +295,7 @@ def _template(resolved: ResolvedPlan) -> "xarray.Dataset":
 
 def plan_hash(resolved: ResolvedPlan) -> str:
     """SHA-256 of all that decides the runs."""
-    return hashlib.sha256(json.dumps(resolved.identity, sort_keys=True).encode()).hexdigest()
+    return identity_hash(resolved.identity)
 
 
 def _create(path: Path, resolved: ResolvedPlan) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.errors import FileError, InputError
-from helimag.files import replacing
+from helimag.errors import InputError
+from helimag.files import bytes_of, replacing
 from helimag.vision._cv import cv2
 from helimag.vision.refraction import Wall, nearest, sight, through
 from helimag.vision.rig_checks import check_lens, check_pose, check_tank, check_wall
@@ -155,9 +155,7 @@ class Rig:
             Where it is not a rig.
         """
         try:
-            data = json.loads(Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise FileError(f"{path} cannot be read: {error.strerror}") from None
+            data = json.loads(bytes_of(path).decode("utf-8"))
         except ValueError as error:
             raise InputError(
                 f"{path} is not a rig, which is JSON ({error}); a lens that OpenCV or MATLAB calibrated is named in "

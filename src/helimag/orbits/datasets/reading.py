@@ -14,7 +14,7 @@ from helimag.orbits.datasets.single import orbits_in
 from helimag.orbits.datasets.variables import Content
 from helimag.orbits.strobe import Floats, Orbit
 from helimag.outcomes import BasinEnd
-from helimag.scenario import Scenario, parse
+from helimag.scenario import Scenario, check_kept, parse
 from helimag.scenario.inputs import varied
 
 if TYPE_CHECKING:
@@ -63,6 +63,7 @@ def known_in(dataset: "xarray.Dataset") -> Known:
     if content is None or content not in READERS:
         raise InputError("there is no orbit, branch, map, flow or basin in this file")
     try:
+        check_kept(dataset.attrs)
         check_numbers(dataset, content)
         known = READERS[content](dataset, parse(str(dataset.attrs["scenario"]), "the file's scenario"))
     except InputError:

@@ -27,6 +27,7 @@ JOINTS = 1e-6  # rad; at the ends of joint motions
 PACE = 2e-3  # of a motion's own duration: how much later or earlier it may make the arm
 SINGLE = 1e-6  # of a setting: single precision after a little arithmetic
 ARM = 1.0  # m; weighs axis against position where times are matched: a yawing axis tells the time best
+TO_START = 2  # motions: by the joints, and on by a line as short as their rounding
 STEP = 1e-3  # s; of the differences that give the speed
 NEARLY = 1e-4  # m; a line that is meant to be the way up
 LEAD = 1e-4  # s; of the motor's phase: a tenth of a degree at 3 Hz
@@ -86,6 +87,7 @@ def deviation(plan: ArmPlan, playback: Playback) -> Deviation:
     late_at_end = playback.duration - plan.duration
     timing = max(float(np.abs(late).max()), abs(late_at_end)) / plan.duration
     differences = (
+        *playback.faults,
         *_paces(plan, playback, late),
         *_settings(plan, playback),
         *_assumed(playback),
@@ -142,7 +144,7 @@ def _handshake(plan: ArmPlan, playback: Playback) -> Iterator[str]:
     found = [(each.input, each.on) for each in playback.awaited]
     if found != wanted:
         yield f"inputs: the programme waits for {_states('$IN', found)}; the plan for {_states('$IN', wanted)}"
-    elif any(each.motions != 2 for each in playback.awaited):
+    elif any(each.motions != TO_START for each in playback.awaited):
         yield "inputs: the programme does not wait for the motor where the path begins"
     elif any(each.switched != 1 for each in playback.awaited):  # the motor, and not yet the run
         yield "inputs: the programme does not wait for the motor between switching it on and the beginning of the path"
@@ -250,6 +252,8 @@ def _settings(plan: ArmPlan, playback: Playback) -> Iterator[str]:
         yield from _unlike(leg, allowed)
         if i > 1 and leg.override not in {None, 100.0}:
             yield f"{_where(leg)}: $OV_PRO is {leg.override:g}; the plan has 100"
+        if i == 1 and leg.order not in _BY_JOINTS and "$VEL.CP" not in leg.settings:  # of no length, so it needs none
+            yield f"{_where(leg)}: $VEL.CP is not set"
 
 
 def _assumed(playback: Playback) -> Iterator[str]:
@@ -338,7 +342,12 @@ def _switches(plan: ArmPlan, playback: Playback) -> Iterator[str]:
         yield f"outputs: the programme switches {_states('$OUT', found)}; the plan {_states('$OUT', wanted)}"
         return
     late = TIMING * plan.duration
+    moves = [leg for leg in playback.legs if leg.order != "end"]
+    along = len(moves) - (_way_up(plan.cell, playback) is not None)
     for switch in playback.switches:
+        if switch.motions != (TO_START if switch.on else along):
+            where = "where the path begins" if switch.on else "where it ends"
+            yield f"$OUT[{switch.output}]={'TRUE' if switch.on else 'FALSE'} does not stand {where}"
         begins = 0.0 if plan.cell.motor is not None and switch.output == plan.cell.motor.run_output else playback.begin
         due = begins if switch.on else playback.begin + plan.duration
         if abs(switch.time - due) > late:

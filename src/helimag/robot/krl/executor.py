@@ -184,6 +184,8 @@ class Executor:
             if reference.parts:
                 raise InputError(f"expected a name to declare; got {reference}")
             self.scopes[-1].declare(str(kind), reference.name, size=reference.index, opaque=opaque)
+            if self.scopes[-1] is not self.shared and reference.name in self.shared.types:
+                raise InputError(f"'{reference.name}' is declared in the .dat file or by the controller already")
             if len(declared.children) > 1:
                 self._write(Reference(reference.name), self._value(declared.children[1]))
             if constant:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from helimag.errors import FileError, InputError
+from helimag.files import bytes_of
 
 
 def krl_texts(source: str | Path) -> tuple[str, str]:
@@ -35,12 +36,7 @@ def krl_texts(source: str | Path) -> tuple[str, str]:
 
 
 def _text(path: Path) -> str:
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise FileError(f"there is no file '{path}'") from None
-    except (OSError, ValueError) as error:
-        raise FileError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    data = bytes_of(path)
     if b"\0" in data:
         raise InputError(f"{path} is not a text file")
     return data.decode("utf-8-sig" if data.startswith(b"\xef\xbb\xbf") else "latin-1")

@@ -98,7 +98,7 @@ WORD: /#[A-Z_][A-Z0-9_]*/
 STRING: /"[^"]*"/
 SYSTEM: /\$[A-Z_][A-Z0-9_]*/
 NAME: /[A-Z_][A-Z0-9_]*/
-NUMBER: /(\d+\.?\d*|\.\d+)(E[-+]?\d+)?/
+NUMBER: /([0-9]+\.?[0-9]*|\.[0-9]+)(E[-+]?[0-9]+)?/
 %ignore /[ \t]+/
 """
 
@@ -142,8 +142,7 @@ def code_of(written: str) -> str:
         if character == ";" and not inside:
             written = written[:i]
             break
-    code = "".join(c.upper() if c.isascii() else c for c in written.strip())  # other letters are no code
-    return "" if code.startswith("&") else code
+    return "".join(c.upper() if c.isascii() else c for c in written.strip(" \t\n"))  # other letters are no code
 
 
 @lru_cache(maxsize=20_000)  # most lines of a programme, and of the many that tests make of one, are the same

@@ -26,7 +26,8 @@ class Playback:
     base frame, with samples inside every motion, and several at one time where a motion takes none. ``ramps`` is the
     time that starting and stopping adds. ``legs`` are the motions with what was set for each, ``switches`` the outputs
     set, ``awaited`` the inputs that the arm waits for, ``on_stop`` the outputs that are set when it is stopped. The
-    path begins at ``begin`` (s), after the last wait for an input and the pause that follows it.
+    path begins at ``begin`` (s), after the last wait for an input and the pause that follows it. ``faults`` are lines
+    that can be understood, and that no controller takes.
     """
 
     time: Floats
@@ -37,6 +38,7 @@ class Playback:
     awaited: tuple[AwaitedInput, ...] = ()
     on_stop: tuple[tuple[int, bool], ...] = ()
     begin: float = 0.0
+    faults: tuple[str, ...] = ()
 
     @property
     def override_set(self) -> bool:
@@ -95,6 +97,7 @@ def play(src: str, dat: str, arm: Arm, *, interval: float = math.inf, inputs: Co
         tuple(machine.awaited),
         executor.interrupts.on_stop,
         machine.begin,
+        module.faults,
     )
 
 

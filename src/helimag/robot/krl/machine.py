@@ -72,11 +72,12 @@ class AwaitedInput:
 
 @dataclass(frozen=True)
 class Switch:
-    """A digital output that is set: when (s), which one, to what, and in which line."""
+    """A digital output that is set: when (s), which one, to what, and after how many motions."""
 
     time: float
     output: int
     on: bool
+    motions: int
 
 
 @dataclass
@@ -175,7 +176,8 @@ class Machine:
         if reference.index is None or reference.parts or not isinstance(value, bool):
             raise InputError(f"expected $OUT[number] to be TRUE or FALSE; got {value!r}")
         self.stop()
-        self.switches.append(Switch(self.times[-1] if self.times else 0.0, reference.index, value))
+        now = self.times[-1] if self.times else 0.0
+        self.switches.append(Switch(now, reference.index, value, len(self.legs)))
 
     def end(self) -> None:
         """The programme is over."""

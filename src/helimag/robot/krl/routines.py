@@ -1,6 +1,5 @@
 """The lines of a programme sorted into routines and blocks: what stands inside what."""
 
-import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -72,6 +71,7 @@ class Module:
     declarations: tuple[Line, ...]
     main: Routine
     routines: dict[str, Routine]
+    faults: tuple[str, ...] = ()  # what is understood, and no controller takes
 
 
 _ARMS: dict[str, tuple[str, ...]] = {
@@ -126,34 +126,72 @@ def module_of(src: str, dat: str) -> Module:
         raise dat_head.refused(f"DEFDAT {dat_head.parts[0]} does not belong to DEF {main.name} of the .src file")
     if main.parameters or main.function:
         raise InputError(f".src file: {main.name} takes parameters or is a function; it is no programme by itself")
-    return Module(declarations, main, routines)
+    faults = [fault for each in (bare, *routines.values()) for fault in _misdeclared(each.body)]
+    return Module(declarations, main, routines, tuple(faults))
 
 
 def _lines(text: str, file: str) -> Iterator[Line]:
-    for number, written in enumerate(io.StringIO(text, newline=None), start=1):  # a comment may hold other breaks
+    begun = False
+    for number, written in enumerate(_split(text, file), start=1):
         code = code_of(written)
+        if not begun and code.startswith("&"):  # what editors note above a programme
+            continue
         if code:
+            begun = True
             try:
                 yield Line(file, number, tree_of(code))
             except InputError as error:
                 yield Line(file, number, None, str(error), _OPENS.match(code) is not None)
 
 
+def _split(text: str, file: str) -> list[str]:
+    """Lines as a controller breaks them: a comment may hold other breaks, and no line a carriage return in it."""
+    lines = text.replace("\r\n", "\n").split("\n")
+    broken = next((number for number, line in enumerate(lines, start=1) if "\r" in line), 0)
+    if broken:
+        raise Refused(
+            f"{file} file, line {broken}: a carriage return without a line feed; some editors break the line there, "
+            "controllers do not"
+        )
+    return lines
+
+
+def _misdeclared(body: Sequence[Statement], begun: bool = False) -> Iterator[str]:
+    """Declarations that no controller takes: behind a statement, or with values, which only data lists give."""
+    for statement in body:
+        if isinstance(statement, Block):
+            begun = True
+            for _, inner in statement.arms:
+                yield from _misdeclared(inner, begun=True)
+        elif statement.kind in {"declaration", "nothing"}:
+            if begun:
+                yield f"line {statement.number}: a declaration behind a statement, which no controller takes"
+            if any(_gives(part) for part in statement.parts):
+                yield f"line {statement.number}: a value in a declaration, which controllers take in the .dat file only"
+        elif statement.kind != "unread":
+            begun = True
+
+
+def _gives(part: Any) -> bool:
+    """Whether a part of a declaration gives a value, or says that it is for good."""
+    return str(part) == "CONST" if isinstance(part, str) else part.data == "declared" and len(part.children) > 1
+
+
 def _declarations(lines: Sequence[Line]) -> tuple[tuple[Line, ...], Line | None]:
     """The declarations between DEFDAT and ENDDAT, and the line that names the module."""
-    head, found = None, []
-    for i, line in enumerate(lines):
-        match line.kind:
-            case "defdat" if i == 0:
-                head = line
-            case "enddat" if i == len(lines) - 1:
-                pass
-            case "declaration" | "assign":
-                found.append(line)
-            case "nothing":
-                pass
-            case _:
-                raise line.refused(line.unread or "expected a declaration")
+    if not lines:
+        return (), None
+    head, end = lines[0], lines[-1]
+    if head.kind != "defdat":
+        raise head.refused(head.unread or "expected DEFDAT")
+    if end.kind != "enddat":
+        raise end.refused(end.unread or "expected ENDDAT as the last line")
+    found = [line for line in lines[1:-1] if line.kind != "nothing"]
+    for line in found:
+        if line.kind not in {"declaration", "assign"}:
+            raise line.refused(line.unread or "expected a declaration")
+        if line.kind == "assign" and str(line.parts[0].children[0])[0] == "$":
+            raise line.refused("a data list sets no settings of the controller; set it in the .src file")
     return tuple(found), head
 
 

@@ -242,10 +242,14 @@ def _sane(value: float) -> Any:
 
 def _aggregate(tree: "lark.Tree", read: Callable[[Reference], Value]) -> Aggregate:
     result: Aggregate = {}
+    known: frozenset[str] | None = None
     for component in tree.children:
         if isinstance(component, str):  # the name of the type
+            known = STRUCTURES.get(str(component))
             continue
         name = str(component.children[0])
+        if known is not None and name not in known:
+            raise InputError(f"{tree.children[0]} has no component {name}")
         if name in result:
             raise InputError(f"component {name} is given twice")
         result[name] = evaluate(component.children[1], read)

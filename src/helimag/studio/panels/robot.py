@@ -38,7 +38,6 @@ def programme(scenario: Scenario, *, unwind: bool, accept: bool, progress: Calla
     plan = robot.plan(scenario, cell, unwind=unwind)
     progress(0.3)
     report = robot.report(plan)
-    text = json.dumps(report, indent=2, allow_nan=False).encode()
     try:
         robot.feasible_or_refused(plan)
         run = robot.rehearse(plan, progress=lambda share: progress(0.3 + 0.5 * share))
@@ -47,6 +46,7 @@ def programme(scenario: Scenario, *, unwind: bool, accept: bool, progress: Calla
     except (InputError, NotFeasible) as error:
         return Programme(report, {}, str(error))
     progress(0.95)
+    text = json.dumps(report, indent=2, allow_nan=False).encode()
     files = {
         name: content.replace("\n", "\r\n").encode() if name.endswith((".src", ".dat")) else content.encode()
         for name, content in texts.items()

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.errors import FileError, InputError
+from helimag.files import bytes_of
 from helimag.vision._cv import cv2
 
 Floats = NDArray[np.float64]
@@ -88,7 +89,7 @@ def _opencv(path: Path, number: int) -> tuple[Floats, Floats]:
 
 def _json(path: Path, number: int) -> tuple[Floats, Floats]:
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(bytes_of(path).decode("utf-8"))
     except (ValueError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is not JSON: {error}") from None
     if isinstance(data, Mapping) and any(isinstance(part, Mapping) and "type_id" in part for part in data.values()):

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from helimag import quantities as q
-from helimag.errors import FileError, InputError
-from helimag.files import toml_tables
+from helimag.errors import InputError
+from helimag.files import text_of, toml_tables
 from helimag.vision.calibration.boards import Board
 
 Floats = NDArray[np.float64]
@@ -87,13 +87,7 @@ class Session:
             Where it is not a calibration session.
         """
         source = Path(path)
-        try:
-            text = source.read_text(encoding="utf-8")
-        except OSError as error:
-            raise FileError(f"{path} cannot be read: {error.strerror}") from None
-        except UnicodeDecodeError:
-            raise InputError(f"{path} is not a text file") from None
-        data = toml_tables(text, str(path))
+        data = toml_tables(text_of(source), str(path))
         try:
             return _session(data, source.parent)
         except KeyError as error:

@@ -1,11 +1,13 @@
 """Times of a film's frames, as a CSV file beside it."""
 
 import csv
+import io
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
-from helimag.errors import FileError, InputError
+from helimag.errors import InputError
+from helimag.files import text_of
 
 
 def read_times(path: Path) -> list[float]:
@@ -13,16 +15,16 @@ def read_times(path: Path) -> list[float]:
 
     Raises
     ------
+    FileError
+        Where the file cannot be read.
     InputError
         Where there is no such column, or the times do not rise.
     """
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            times = [float(row["time_s"]) for row in csv.DictReader(file)]
+        rows = csv.DictReader(io.StringIO(text_of(path), newline=""))
+        times = [float(row["time_s"]) for row in rows]
     except (KeyError, TypeError, ValueError):
         raise InputError(f"{path} must have a column time_s with one number a row") from None
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror}") from None
     if not all(later > earlier for earlier, later in itertools.pairwise(times)):
         raise InputError(f"{path} must have times that rise from row to row")
     return times
