@@ -198,7 +198,7 @@ def test_scenario_file_beside_its_mesh(tmp_path, monkeypatch):
 
 
 def test_unreadable_stl_is_refused(tmp_path):
-    with pytest.raises(hm.FileError, match=r"device\.body\.file .*nowhere\.stl cannot be read"):
+    with pytest.raises(hm.FileError, match=r"device\.body\.file: there is no file '.*nowhere\.stl'"):
         body_scenario(tmp_path / "nowhere.stl")
     for content in (b"", b"solid but not\n", b"\x00" * 200, b"\xff" * 3000):
         (tmp_path / "no.stl").write_bytes(content)
