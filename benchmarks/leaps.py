@@ -78,8 +78,8 @@ def work_and_precision(name: str, run: Scenario) -> None:
 
 def launched(runs: list[Scenario], method: Method) -> float:
     """Time in the kernel of a few runs by one method, however many turns they have (s)."""
-    states = np.array([start_state(run) for run in runs])
-    batch = Batch(system_of(runs[0]), runs, started(runs, states), Stepping(method))
+    states, system = np.array([start_state(run) for run in runs]), system_of(runs[0])
+    batch = Batch(system, runs, started(system, runs, states), Stepping(method))
     begun = time.thread_time()
     while batch.running:
         batch.launch(BUDGET)
