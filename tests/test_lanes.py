@@ -53,7 +53,7 @@ def much(x: wp.float64, y: wp.float64) -> wp.float64:
         total += wp.float64(i) * x
         if i == 1:
             total -= wp.where(x < y, wp.abs(x), -y)
-    a = wp.vec3d(wp.sin(x), wp.cos(y), total / y)
+    a = wp.vec3d(x * y, y, total / y)
     turn = wp.mat33d(x, y, x, y, x, y, x, x, y)
     return (
         wp.dot(wp.transpose(turn) * a, wp.float64(2.0) * a)

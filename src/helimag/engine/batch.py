@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 
 TOLERANCE = 3e-7  # of one step; positions are then within 1e-8 m after 100 s on the reference runs
 FIRST_STEP = 1e-3  # of a turn of the magnet
-FEWEST_TURNS = 36.0  # of a run that leaps: in fewer the turns followed cost more than they save, by benchmarks/leaps.py
+FEWEST_TURNS = 36.0  # of a run that leaps: from there on leaps pay in the mean, alone too; benchmarks/leaps.py
 
 
 @dataclass(frozen=True)

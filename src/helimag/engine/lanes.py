@@ -24,8 +24,6 @@ auto each_min = [](Lanes a, Lanes b) {{ return __builtin_elementwise_min(a, b); 
 auto each_max = [](Lanes a, Lanes b) {{ return __builtin_elementwise_max(a, b); }};
 auto each_sign = [](Lanes x) {{ return x < Lanes(0.0) ? Lanes(-1.0) : Lanes(1.0); }};
 auto each_where = [](auto asked, Lanes a, Lanes b) {{ return asked ? a : b; }};
-auto each_cos = [](Lanes x) {{ for (int l = 0; l < {LANES}; ++l) x[l] = wp::cos(double(x[l])); return x; }};
-auto each_sin = [](Lanes x) {{ for (int l = 0; l < {LANES}; ++l) x[l] = wp::sin(double(x[l])); return x; }};
 auto each_length = [](const auto& a) {{ return __builtin_elementwise_sqrt(wp::dot(a, a)); }};
 auto each_dot = [](const auto& a, const auto& b) {{ return wp::dot(a, b); }};
 auto each_transpose = [](const auto& a) {{ return wp::transpose(a); }};
@@ -36,7 +34,7 @@ auto times = [](auto a, auto b) {{
     else return a * b;
 }};
 """
-EACH = ("sqrt", "abs", "min", "max", "sign", "where", "cos", "sin", "length", "dot", "transpose", "zeros")
+EACH = ("sqrt", "abs", "min", "max", "sign", "where", "length", "dot", "transpose", "zeros")
 OPERATORS: Mapping[type, str] = {
     ast.Add: "+",
     ast.Sub: "-",
