@@ -18,6 +18,7 @@ import xarray
 
 import helimag
 from helimag import FileError, InputError, load
+from helimag.engine import kernels
 from helimag.outcomes import Reason, Verdict
 from helimag.sweeps import counts, estimate, export, load_sweep, parse_plan, resolve, resolved, trial
 from helimag.sweeps.kept import identity_hash
@@ -410,6 +411,29 @@ def test_the_estimate_of_time_and_disk_is_of_the_right_size(tmp_path, monkeypatc
     used = sum(path.lstat().st_blocks * 512 for path in (tmp_path / "s.zarr").rglob("*"))
     assert guess.whole
     assert guess.bytes == pytest.approx(used, rel=0.25)
+
+
+def test_no_kernel_is_compiled_while_a_trial_is_timed(monkeypatch):
+    """Runs beside others have another kernel than a run by itself, and long ones another than short ones."""
+    asked, timed = [], []
+
+    def ready(build, device):
+        asked.append(made := kernels.ready(build, device))
+        return made
+
+    def seconds(*given):
+        before = set(asked)
+        taken = timed_seconds(*given)
+        timed.append(set(asked) - before)
+        return taken
+
+    timed_seconds = trial._seconds
+    monkeypatch.setattr("helimag.engine.running.ready", ready)
+    monkeypatch.setattr(trial, "_seconds", seconds)
+    monkeypatch.setattr(trial, "TRIAL_SECONDS", 20.0)
+    assert estimate(parse_plan(PLAN.replace("60 s", "900 s")), threads=1).whole
+    assert timed == [set(), set()]
+    assert len(set(asked)) > 1
 
 
 def test_runs_too_long_for_a_trial_are_begun_only(monkeypatch):

@@ -5,12 +5,14 @@ import os
 import tempfile
 import time
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from helimag.engine import advancing, method_named
 from helimag.errors import InputError
 from helimag.scenario import Scenario
 from helimag.sweeps.boundary import start_points
@@ -67,7 +69,9 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     trials = [min(length, max(SHORT_SECONDS, SHORT_SHARE * length)) for length in lengths]
     short = [scenario.replaced({"run.duration": trial}) for scenario, trial in zip(valid, trials, strict=True)]
     short = short[: max(1, len(first) // resolved.runs_each)]  # a point with devices is many runs
-    compute(short[:1], Kept(method=resolved.method), threads=1)  # compiles where that is still to be done
+    compute(short[:1], Kept(method=resolved.method), threads=1)  # imports where that is still to be done
+    _compile(short, resolved)
+    _compile(valid, resolved)
     took, tried = _seconds(short, resolved, cores), math.fsum(trials[: len(short)])
     each, count, whole = took * math.fsum(lengths) / tried / len(first), len(short), False
     if each * min(FEWEST_RUNS, resolved.size) <= TRIAL_SECONDS:
@@ -80,6 +84,13 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     size, writing = _store(resolved)
     runs = count * resolved.runs_each
     return Estimate(resolved.runs, each * resolved.size + writing, size, runs, took, whole)
+
+
+def _compile(runs: Sequence[Scenario], resolved: ResolvedPlan) -> None:
+    """Have the kernels there that runs take beside others and by themselves; none is run."""
+    for batch in (runs, runs[:1]):
+        with closing(advancing(batch, method=method_named(resolved.method), threads=1)):  # type: ignore[type-var]
+            pass
 
 
 def _seconds(made: Sequence[Scenario | None], resolved: ResolvedPlan, cores: int) -> float:
