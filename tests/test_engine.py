@@ -200,6 +200,15 @@ def test_what_comes_out_does_not_depend_on_where_launches_end(monkeypatch):
         assert (before.steps, before.rejected) == (after.steps, after.rejected)
 
 
+@pytest.mark.parametrize(
+    ("stepping", "reading", "next_"),
+    [(0.1, 1e-3, 1000), (0.05, 1e-3, 2000), (1e-9, 0.0, 4000), (0.2, 1e-3, 500), (900.0, 0.0, 1), (0.1, 0.3, 3000)],
+)
+def test_launches_are_short_but_take_as_long_as_reading_what_they_leave(stepping, reading, next_):
+    """A thousand steps; of the last, on a GPU with many runs, reading takes three times as long as the steps."""
+    assert running_module.next_budget(1000, stepping, reading) == pytest.approx(next_, rel=1e-3)
+
+
 def test_a_long_run_is_stopped_at_once_keeps_what_it_has_and_goes_on_to_the_same_numbers():
     """Ten hours of direct steps, given up after a moment: at once, and nothing computed is lost."""
     run = hm.load("nose-first/fig3c").replaced(

@@ -183,33 +183,36 @@ class Batch:
         self._remembered = memory_reader(memory)
         self._runs = packed(system, scenarios, settings, self._progress, self._records, memory)
         self._threads, self._room = (1, _room_abreast(len(scenarios))) if lanes and abreast else (len(scenarios), [])
-        self._memories = list(kept)  # as of the last launch, likewise
-        self._stand = progress.copy()  # as of the last launch; replaced as a whole, so that other threads may read it
+        # progress and memories as of the last launch; replaced as a whole, so that other threads may read them
+        self._latest = progress.copy(), list(kept)
 
     @property
     def running(self) -> bool:
         """Whether any run has not come to its end."""
-        return bool((self._stand["status"] == End.RUNNING).any())
+        return bool((self._latest[0]["status"] == End.RUNNING).any())
 
     @property
     def done(self) -> float:
         """Simulated seconds that are behind, all runs together; a run that ended early has all of its behind."""
         durations = [scenario.run.duration for scenario in self.scenarios]
-        return float(np.where(self._stand["status"] == End.RUNNING, self._stand["time"], durations).sum())
+        stand, _ = self._latest
+        return float(np.where(stand["status"] == End.RUNNING, stand["time"], durations).sum())
 
-    def launch(self, budget: int) -> float:
-        """Let each run try up to ``budget`` steps; how long that took (s)."""
+    def launch(self, budget: int) -> tuple[float, float]:
+        """Let each run try up to ``budget`` steps; how long that took, and reading where they stand then (s)."""
         begun = time.perf_counter()
         inputs = [self._runs, budget, *self._room]
         wp.launch(self._kernel, dim=self._threads, inputs=inputs, device=self._device)
-        if self._leaps:
-            self._memories = self._remembered()
-        self._stand = self._read_progress().copy()
-        return time.perf_counter() - begun
+        wp.synchronize_device(self._device)
+        stepped = time.perf_counter()
+        stand = self._read_progress().copy()
+        going_on = (stand["status"] == End.RUNNING) & self._leaps
+        self._latest = stand, self._remembered(going_on)
+        return stepped - begun, time.perf_counter() - stepped
 
     def histories(self) -> list[History]:
         """What has been recorded so far; may be called while another thread advances the runs."""
-        stand, records = self._stand, self._read_records()
+        (stand, memories), records = self._latest, self._read_records()
         share = (time.perf_counter() - self._begun) / len(self.scenarios)
         ends = {flag: End.of(flag) for flag in set(stand["status"].tolist())}
         names = ("status", "sample", "time", "steps", "rejected")
@@ -228,7 +231,7 @@ class Batch:
                 rejected=rejected,
                 wall_time=share,
                 progress=stand[run],  # a view of what no launch changes
-                memory=self._memories[run],
+                memory=memories[run],
             )
             found.append(history)
         return found

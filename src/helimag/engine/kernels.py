@@ -8,7 +8,8 @@ import warp as wp
 from helimag.engine.patience import announced
 from helimag.errors import FileError, InputError
 
-COMPILING = "compiling a kernel for this machine and keeping it (about ten seconds) ..."
+COMPILING = "compiling a kernel for this machine and keeping it ({}) ..."
+TAKES_ON_CPU, TAKES_ON_GPU = "about ten seconds", "up to some minutes"
 MAKING = threading.RLock()
 
 
@@ -47,7 +48,8 @@ def ready(build: Callable[[], wp.Kernel], device: str) -> wp.Kernel:
     try:
         with MAKING:
             kernel = build()
-            with announced(COMPILING, log=f"a kernel of {kernel.module.name} made ready for {device}"):
+            told = COMPILING.format(TAKES_ON_CPU if target.is_cpu else TAKES_ON_GPU)
+            with announced(told, log=f"a kernel of {kernel.module.name} made ready for {device}"):
                 # as a launch will ask for it; the module's own load compiles for blocks of 256 threads, which none on a
                 # CPU has, and each launch would compile again, out of this lock
                 wp.force_load(target, modules=[kernel.module], max_workers=0)

@@ -35,6 +35,16 @@ LOG = logging.getLogger(__name__)
 PATIENCE = 0.1  # s between looks at what is under way
 
 
+def next_budget(budget: int, stepping: float, reading: float) -> int:
+    """Steps of a next launch, from what one of ``budget`` took for its steps, and for reading them off the device (s).
+
+    Launches are short, but not so short that reading what runs remember, gigabytes of a large batch on a GPU, takes
+    longer than their steps.
+    """
+    wanted = max(LAUNCH_SECONDS, reading)
+    return max(1, int(budget * min(4.0, wanted / max(stepping, 1e-6))))
+
+
 @dataclass
 class _Job:
     """Some runs with the same formulas and method: their places among all, and what is known of them."""
@@ -59,8 +69,7 @@ class _Job:
         self.batch = Batch(self.system, self.scenarios, self.progress, settings, self.records, self.memories)
         budget = min(MOST_FIRST_STEPS, FIRST_BUDGET // len(self.scenarios) + 1)
         while self.batch.running and not stop.is_set():
-            took = self.batch.launch(budget)
-            budget = max(1, int(budget * min(4.0, LAUNCH_SECONDS / max(took, 1e-6))))
+            budget = next_budget(budget, *self.batch.launch(budget))
 
 
 @dataclass(frozen=True)

@@ -93,13 +93,16 @@ def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: st
     return memory
 
 
-def memory_reader(memory: Any) -> Callable[[], list[dict[str, NDArray[np.float64]]]]:
-    """What gives what each run remembers at the time it is called."""
+def memory_reader(memory: Any) -> Callable[[NDArray[np.bool_]], list[dict[str, NDArray[np.float64]]]]:
+    """What gives what each run remembers at the time it is called: nothing where it will not go on."""
     readers = {name: reader(getattr(memory, name)) for name in ROOMS}
 
-    def remembered() -> list[dict[str, NDArray[np.float64]]]:
-        values = {name: read() for name, read in readers.items()}
-        return [{name: value[run].copy() for name, value in values.items()} for run in range(memory.jacobians.shape[0])]
+    def remembered(running: NDArray[np.bool_]) -> list[dict[str, NDArray[np.float64]]]:
+        values = {name: read() for name, read in readers.items()} if running.any() else {}
+        return [
+            {name: value[run].copy() for name, value in values.items()} if goes_on else {}
+            for run, goes_on in enumerate(running.tolist())
+        ]
 
     return remembered
 
