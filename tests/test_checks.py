@@ -25,7 +25,7 @@ from helimag.checks import (
     step_out_frequency,
     wall_gap,
 )
-from helimag.hydrodynamics.bounds import enclosing_resistance
+from helimag.hydrodynamics.bounds import enclosing_resistance, violates
 
 PRESET = hm.load("nose-first/fig3c")
 BALL = np.diag([*[6 * np.pi * 1e-3] * 3, *[8 * np.pi * 1e-9] * 3])  # of 1 mm in 1 Pa s
@@ -123,6 +123,7 @@ def test_the_bound_is_a_bound_on_every_motion(factor, holds):
     lifted = (lifted + lifted.T) / 2
     check = enclosing_body(matrix_case(lifted))
     assert check.value == pytest.approx(factor, rel=1e-9)
+    assert check.holds is not violates(lifted, around)
     assert check.holds is holds
     assert "which none can exceed" in check.message  # true of the spheroid's drag, whether the check holds or not
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from helimag.checks.check import Check
 from helimag.errors import InputError
-from helimag.hydrodynamics import boundary, mobility, net_weight, resistance
-from helimag.hydrodynamics.bounds import enclosing_resistance
+from helimag.hydrodynamics import boundary, error_estimate, mobility, net_weight, resistance
+from helimag.hydrodynamics.bounds import drag_ratio, enclosing_resistance, most_drag_ratio
 from helimag.hydrodynamics.motion import advance_per_turn, largest_drag, sinking_speeds
 from helimag.scenario import Device, Fluid, Scenario
 
@@ -21,7 +21,6 @@ RESISTIVE_FORCE = ("lighthill", "gray-hancock")
 # resistive-force theory beside measured helices: B. Rodenborn et al., PNAS 110 (2013) E338; docs/model.md, known limits
 SHORTEST_TURN = 144.0  # wire radii: thrust and drag are up to 90 % off there
 LARGEST_PITCH_ANGLE = math.radians(22.4)  # up to 26 % off there, 90 % at 44 deg, four times too much at 70 deg
-LARGEST_DRAG_RATIO = 1.0  # Hill and Power, Q. J. Mech. Appl. Math. 9 (1956) 313
 LARGEST_MISFIT = 1.1  # the boundary solver's own distance from measured helices (benchmarks/boundary_truth.py)
 LARGEST_WALL_EFFECT = 0.1  # of the drag: less is below what the drag models are worth
 
@@ -99,19 +98,18 @@ def enclosing_body(scenario: Scenario) -> Check:
     """Drag over that of a spheroid around the device, in the motion where it is largest: above one is impossible.
 
     A body's Stokes dissipation in any rigid motion is at most that of a body which encloses it: the latter's flow is
-    one of those among which the former's is least.
+    one of those among which the former's is least. What the boundary solver states as its error does not count.
     """
     device, fluid = scenario.device, scenario.fluid
     matrix, _ = device_matrices(device, fluid)
     around = enclosing_resistance(device, fluid)
-    root = np.linalg.inv(np.linalg.cholesky(around))
-    value = float(np.linalg.eigvalsh(root @ matrix @ root.T)[-1])
+    value = drag_ratio(matrix, around)
     return Check(
         "enclosing_body",
         "device.hydrodynamics.model",
         value,
         "at most",
-        LARGEST_DRAG_RATIO,
+        most_drag_ratio(error_estimate(device)),
         f"drag is up to {value:.2g} times that of a spheroid around the device, which none can exceed (along the axis "
         f"{matrix[0, 0] / around[0, 0]:.2g} times)",
         'use device.hydrodynamics.model = "boundary"',

@@ -73,7 +73,7 @@ def refined(surfaces: Iterator[Mesh], tolerance: float, plane: Plane | None = No
     if len(levels) < 2:
         raise InputError(
             f"the body needs {len(mesh)} surface triangles for resolution {len(levels) + 1} of at least 2; "
-            f"there may be {MOST}: give a mesh with fewer triangles"
+            f"there may be {MOST}: give a mesh with fewer triangles, a shorter wire or a thicker one"
         )
     raise InputError(
         f"device.hydrodynamics.tolerance of {tolerance:g} is not reached with {MOST} surface triangles, the most there "
