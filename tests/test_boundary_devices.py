@@ -2,6 +2,7 @@
 
 import struct
 import sys
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -9,11 +10,11 @@ import pytest
 import helimag as hm
 from helimag.checks import enclosing_body
 from helimag.hydrodynamics import boundary, error_estimate, net_weight
-from helimag.hydrodynamics.boundary import cache
+from helimag.hydrodynamics.boundary import cache, refine
 from helimag.hydrodynamics.boundary.closed import checked
 from helimag.hydrodynamics.boundary.device import device_surfaces
 from helimag.hydrodynamics.boundary.refine import refined
-from helimag.hydrodynamics.boundary.solve import surface_resistance
+from helimag.hydrodynamics.boundary.solve import MOST, surface_resistance
 from helimag.hydrodynamics.boundary.surfaces import head_surface, rod_surface, sphere
 from helimag.hydrodynamics.bounds import drag_ratio, enclosing_resistance, moved, violates
 from helimag.hydrodynamics.heads import ball, spheroid
@@ -145,6 +146,42 @@ def test_a_rods_surface_is_a_cylinders():
     assert rod_surface(head, 5).volume == pytest.approx(head.volume, rel=1e-12)
     assert checked(rod_surface(head, 5).corners, "rod").volume > 0.0
     assert np.abs(np.diag(rod.resistance) / np.diag(finer) - 1.0).max() < rod.error_estimate < 0.02
+
+
+def cad_cylinder(sections, length):
+    """Facets from end to end of the mantle, and fans on the ends, as CAD programs write a cylinder (4 n, 3, 3)."""
+    angle = 2.0 * np.pi * np.arange(sections) / sections
+    low = np.stack([np.zeros_like(angle), 0.5 * np.cos(angle), 0.5 * np.sin(angle)], axis=1)
+    along = np.array([length, 0.0, 0.0])
+    high, after = low + along, np.roll(low, -1, axis=0)
+    high_after = np.roll(high, -1, axis=0)
+    bottom, top = np.zeros_like(low), np.zeros_like(low) + along
+    four = [(low, after, high), (after, high_after, high), (bottom, after, low), (top, high, high_after)]
+    return np.concatenate([np.stack(corners, axis=1) for corners in four])
+
+
+@pytest.mark.parametrize(("sections", "length"), [(24, 10.0), (60, 40.0)])
+def test_long_thin_facets_leave_room_for_a_finer_surface(tmp_path, sections, length):
+    scenario = body_scenario(write_binary(tmp_path / "rod.stl", cad_cylinder(sections, length)))
+    first, second = islice(device_surfaces(scenario.device), 2)
+    assert 4 * sections <= len(first) <= MOST // 4
+    assert len(second) == 4 * len(first)
+    assert first.volume == pytest.approx(second.volume, rel=1e-9)
+
+
+def test_a_cylinder_of_long_thin_facets_is_a_rod(tmp_path):
+    pose = {"origin": ["3 mm", "0 mm", "0 mm"]}
+    body = body_scenario(write_binary(tmp_path / "rod.stl", cad_cylinder(8, 6.0)), **pose).device
+    found = surface_resistance(next(device_surfaces(body)))
+    across = 1e-3 * np.sqrt(np.sin(np.pi / 4) / (np.pi / 4))  # of the round rod of the same volume
+    rod = surface_resistance(rod_surface(CylinderHead(length=6e-3, diameter=across), 10))
+    np.testing.assert_allclose(np.diag(found), np.diag(rod), rtol=0.02)
+
+
+def test_what_does_not_fit_is_refused_before_it_is_solved(monkeypatch):
+    monkeypatch.setattr(refine, "surface_resistance", None)  # anyone who calls it fails
+    with pytest.raises(hm.InputError, match="for resolution 2 of at least 2"):
+        refined(iter([sphere(12), sphere(16)]), 0.01)
 
 
 def test_a_wire_that_is_too_long_is_refused():
@@ -279,7 +316,7 @@ def inside_out_beside():
 def test_closed_surfaces_pass():
     assert checked(sphere(2).corners, "ball").part.max() == 0
     assert checked(two_balls(2.5), "pair").part.max() == 1
-    speck = 5e-4 * sphere(2).corners + [3.0, 0.0, 0.0]
+    speck = 5e-4 * sphere(2).corners + np.array([3.0, 0.0, 0.0])
     assert checked(np.concatenate([sphere(2).corners, speck]), "a ball and a speck").part.max() == 1
 
 

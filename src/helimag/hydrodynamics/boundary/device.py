@@ -50,9 +50,16 @@ def _parts(device: Device, fineness: int) -> list[Mesh]:
 
 
 def _finer(mesh: Mesh) -> Iterator[Mesh]:
-    """A given surface without long edges, then with every triangle cut in four, in two where four are too many."""
+    """A given surface without long edges, then with every triangle cut in four, in two where four are too many.
+
+    Long thin facets, of which CAD programs make a cylinder, stay as long as it takes for a finer surface to fit.
+    """
     area = float(np.linalg.norm(mesh.area_vectors, axis=1).sum())
-    fine = bisected(mesh, 2.5 * math.sqrt(area / FEWEST))
+    longest = 2.5 * math.sqrt(area / FEWEST)
+    fine = bisected(mesh, longest)
+    while len(fine) > max(MOST // 4, len(mesh)):
+        longest *= math.sqrt(2.0)
+        fine = bisected(mesh, longest)
     while True:
         yield fine
         fine = quartered(fine) if 4 * len(fine) <= MOST else halved(fine)
