@@ -92,7 +92,16 @@ def test_made_once_and_kept(tmp_path, monkeypatch):
     for name in ("gaps", "tilts", "reach", "values", "middle"):
         assert np.array_equal(getattr(first, name), getattr(again, name))
     (path,) = (tmp_path / "cache").iterdir()
-    path.write_bytes(path.read_bytes()[:200])
+    whole = path.read_bytes()
+    directory = whole.index(b"PK\x01\x02")  # of the first sheet: then versions (4 bytes), flags (2), compression (2)
+    for place, value in ((0, 0), (directory + 6, 255), (directory + 8, 1), (directory + 10, 99), (len(whole) // 2, 0)):
+        changed = bytearray(whole)
+        changed[place] = value if changed[place] != value else value + 1
+        path.write_bytes(changed)
+        made.clear()
+        assert np.array_equal(wall_table(device, "floor").values, first.values)
+        assert made == [3]
+    path.write_bytes(whole[:200])
     wall_table(device, "floor")
     wall_table(device, "surface")
     assert made == [3, 3, 3]

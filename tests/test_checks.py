@@ -11,11 +11,13 @@ from scipy.integrate import solve_ivp
 import helimag as hm
 import oracles
 from helimag.checks import (
+    Check,
     boundary_drag,
     cautions,
     dipole_error,
     enclosing_body,
     examine,
+    field_axis,
     least_field,
     magnet_distance,
     pitch_angle,
@@ -24,8 +26,10 @@ from helimag.checks import (
     step_out,
     step_out_frequency,
     wall_gap,
+    wall_resolved,
+    weakest_and_strongest,
 )
-from helimag.hydrodynamics.bounds import enclosing_resistance
+from helimag.hydrodynamics.bounds import enclosing_resistance, violates
 
 PRESET = hm.load("nose-first/fig3c")
 BALL = np.diag([*[6 * np.pi * 1e-3] * 3, *[8 * np.pi * 1e-9] * 3])  # of 1 mm in 1 Pa s
@@ -123,6 +127,7 @@ def test_the_bound_is_a_bound_on_every_motion(factor, holds):
     lifted = (lifted + lifted.T) / 2
     check = enclosing_body(matrix_case(lifted))
     assert check.value == pytest.approx(factor, rel=1e-9)
+    assert check.holds is not violates(lifted, around)
     assert check.holds is holds
     assert "which none can exceed" in check.message  # true of the spheroid's drag, whether the check holds or not
 
@@ -159,6 +164,46 @@ def test_wall_effect_is_brenners_of_a_ball(wall):
     assert wall_gap(remedy).holds
 
 
+def test_walls_that_a_run_counts_are_not_warned_of_but_where_they_are_not_resolved():
+    """Tables hold from 0.2 of the largest radius on."""
+    ball = {"shape": "sphere", "radius": 1e-3}
+    device = {
+        "device.helix": None,
+        "device.head": ball,
+        "device.hydrodynamics": {"model": "boundary"},
+        "provenance": {},
+    }
+    start = PRESET.replaced(device | {"drive.start": (0, 0, 0)})
+    near = start.replaced({"device.hydrodynamics.near_walls": True})
+    for kind, sign in (("floor", -1.0), ("surface", 1.0)):
+        for gap, holds in ((0.21e-3, True), (0.19e-3, False)):
+            workspace = {"workspace": {kind: sign * (1e-3 + gap)}}
+            assert wall_gap(near.replaced(workspace)) is None
+            check = wall_resolved(near.replaced(workspace))
+            assert (check.setting, check.holds) == (f"workspace.{kind}", holds)
+            assert check.value == pytest.approx(gap / 1e-3, rel=1e-9)
+            assert wall_resolved(start.replaced(workspace)) is None
+            assert not wall_gap(start.replaced(workspace)).holds
+    assert wall_resolved(near) is None
+    beside = near.replaced({"workspace": {"floor": -0.05, "walls": {"y": (-2e-3, 1.0)}}})
+    assert wall_gap(beside).setting == "workspace.walls.y"
+    assert not wall_gap(beside).holds
+
+
+@pytest.mark.parametrize("pitch", [-0.5, 0.0, 0.7])
+def test_the_gap_of_a_pitched_device_is_that_of_its_lower_end(pitch):
+    changes = {"device.hydrodynamics": {"model": "boundary", "near_walls": True}, "drive.heading": (0.0, pitch, 0.0)}
+    changes |= {"workspace": {"floor": -0.02}, "drive.start": (0, 0, 0), "provenance": {}}
+    scenario = PRESET.replaced(changes)
+    head, helix = scenario.device.head.radius, scenario.device.helix
+    angles = np.linspace(0.0, 2.0 * np.pi, 721)
+    rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    ends = [(head, head), (-head - helix.length, helix.outer_diameter / 2)]
+    heights = [x * np.sin(pitch) + r * rim[:, 0] * np.cos(pitch) for x, r in ends]
+    expected = (0.02 + np.min(heights)) / (helix.outer_diameter / 2)
+    assert wall_resolved(scenario).value == pytest.approx(expected, rel=1e-9)
+
+
 def test_the_nearest_wall_counts_and_none_is_no_check():
     assert wall_gap(PRESET) is None
     tank = hm.load("nose-first/table1-row1")
@@ -185,7 +230,78 @@ def test_magnet_distance_is_that_of_the_worst_magnet():
     two = oracles.scenario_of(oracles.case(magnets=magnets, beta=0.0, start=(0.0, 0.0, 0.0)))
     assert magnet_distance(two).value == pytest.approx(dipole_error(two.magnet[1], 0.1), rel=1e-12)
     assert not magnet_distance(two).holds
-    assert magnet_distance(two.replaced({"magnet": [dict(two.magnet[0].model_dump(), field="cylinder")]})) is None
+    cylinder = magnet_distance(two.replaced({"magnet": [dict(two.magnet[0].model_dump(), field="cylinder")]}))
+    assert cylinder.holds
+    assert cylinder.value < 1e-9
+
+
+def cylinder_case(radius, height, distance):
+    magnet = {"moment": 10.0, "radius": radius, "height": height, "field": "cylinder"}
+    return PRESET.replaced(
+        {"magnet": [magnet], "drive.distance": distance, "drive.pitch": 0.0, "drive.start": (0, 0, 0), "provenance": {}}
+    )
+
+
+def magpylibs_turn(scenario, count=720):
+    """Field at the start below a level magnet over a turn: (count, 3)."""
+    (magnet,) = scenario.magnet
+    radius, height = magnet.radius, magnet.height
+    polarization = 4e-7 * np.pi * magnet.moment / (np.pi * radius**2 * height)
+    source = magpylib.magnet.Cylinder(polarization=(0, 0, polarization), dimension=(2 * radius, height))
+    spins = 2 * np.pi * np.arange(count) / count
+    frames = np.array([[[1, 0, 0], [0, np.sin(s), np.cos(s)], [0, -np.cos(s), np.sin(s)]] for s in spins])
+    places = np.einsum("nij,i->nj", frames, [0.0, 0.0, -scenario.drive.distance])
+    return np.einsum("nij,nj->ni", frames, source.getB(places))
+
+
+@pytest.mark.parametrize(
+    ("radius", "height", "distance"), [(0.003, 0.2, 0.12), (0.08, 0.002, 0.1), (0.0175, 0.02, 0.05)]
+)
+def test_least_field_and_axis_below_a_cylinder_are_magpylibs(radius, height, distance):
+    """A dipole's is up to twice as large there: a long magnet is strong at its tips only."""
+    scenario = cylinder_case(radius, height, distance)
+    fields = magpylibs_turn(scenario)
+    strengths = np.linalg.norm(fields, axis=1)
+    assert least_field(scenario) == pytest.approx(strengths.min(), rel=1e-4)
+    assert weakest_and_strongest(fields[::8]) == pytest.approx((strengths.min(), strengths.max()), rel=0.02)
+    np.testing.assert_allclose(field_axis(scenario), [-1.0, 0.0, 0.0], atol=1e-12)
+
+
+def test_weakest_and_strongest_between_spins():
+    turns = 2 * np.pi * (np.arange(64) + 0.3) / 64
+    fields = np.stack([2.0 * np.cos(turns), np.sin(turns), np.zeros(64)], axis=1)
+    assert weakest_and_strongest(fields) == pytest.approx((1.0, 2.0), rel=3e-5)
+    assert np.linalg.norm(fields, axis=1).min() > 1.001
+
+
+@pytest.mark.parametrize(("distance", "holds"), [(0.1, False), (0.17, True)])
+def test_the_error_of_a_cylinders_multipoles_is_told(distance, holds):
+    """Of a flat one, where it is as large as told; of others it is less."""
+    from helimag.diagnosis.turn import over_a_turn
+
+    scenario = cylinder_case(0.08, 0.002, distance)
+    check = magnet_distance(scenario)
+    true, (ours,) = magpylibs_turn(scenario, 64), over_a_turn(scenario, np.array([[0.0, 0.0, -distance]]))[0]
+    error = (np.linalg.norm(ours - true, axis=1) / np.linalg.norm(true, axis=1)).max()
+    assert check.holds is holds
+    assert 0.3 * check.value < error < 2.0 * check.value
+
+
+def test_a_field_that_swings_or_cancels_turns_about_the_magnets_axis():
+    magnet = {"moment": 10.0, "radius": 0.0175, "height": 0.02}
+    opposed = [magnet, magnet | {"phase": np.pi}]
+    apart = [magnet | {"offset": (0.03, 0.0, 0.0)}, magnet | {"offset": (-0.03, 0.0, 0.0), "phase": np.pi}]
+    for magnets, pitch in ((opposed, 0.3), (apart, 0.0)):
+        scenario = PRESET.replaced({"magnet": magnets, "drive.pitch": pitch, "provenance": {}})
+        scenario = scenario.replaced({"drive.start": (0, 0, 0), "drive.pitch_about": "magnet"})
+        np.testing.assert_allclose(field_axis(scenario), [np.cos(pitch), 0.0, np.sin(pitch)], atol=1e-12)
+        assert least_field(scenario) < 1e-9 * 1e-7 * 10.0 / 0.15**3
+
+
+def test_what_is_no_finite_number_is_null_in_json():
+    check = Check("boundary_drag", "device.hydrodynamics.model", math.inf, "at most", 1.1, "not comparable", "see")
+    assert not check.holds
+    assert json.loads(json.dumps(check.as_dict(), allow_nan=False))["value"] is None
 
 
 def test_least_field_is_the_least_of_a_turn():

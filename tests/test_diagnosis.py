@@ -47,6 +47,47 @@ def test_balance_is_nowhere_for_what_floats_and_for_what_is_too_heavy(weight):
     assert balance_distance(below(), weight) is None
 
 
+def below_magnets(*magnets, distance):
+    changes = {"magnet": list(magnets), "drive.distance": distance, "drive.pitch": 0.0, "drive.start": (0, 0, 0)}
+    return hm.load("nose-first/fig3c").replaced(changes | {"provenance": {}})
+
+
+def test_balance_below_a_long_magnet_is_found_though_it_pulls_less_nearer_by():
+    """Close to its middle it pulls less than a little way off; by magpylib 19.9 uN at 102 mm, 29.3 at 110, 24.9 at 120.
+
+    There the net force of a turn changes sign twice, and the device is lost below the second place.
+    """
+    long = {"moment": 10.0, "radius": 0.003, "height": 0.2, "field": "cylinder"}
+    scenario = below_magnets(long, distance=0.12).replaced({"drive.pitch": "12.7 deg"})
+    found = balance_distance(scenario, 28.28e-6)
+    assert 0.110 < found < 0.120
+    pull = [over_a_turn(scenario, np.array([[0.0, 0.0, -found * at]]))[1][0, :, 2].mean() for at in (0.999, 1.0, 1.001)]
+    assert pull[0] > pull[1] > pull[2]
+    assert pull[1] == pytest.approx(28.28e-6, rel=1e-6)
+
+
+def test_balance_between_two_magnets_is_the_one_nearest_to_the_start():
+    """One straight above and one straight below: a device above the lower one is not told of balance below that."""
+    one = {"moment": 18.89, "radius": 0.0175, "height": 0.02}
+    alone = balance_distance(below_magnets(one, distance=0.15), 28.28e-6)
+    both = below_magnets(one, one | {"offset": (0.0, 0.0, -0.29)}, distance=0.15)
+    found = balance_distance(both, 28.28e-6)
+    assert 0.08 < found < alone
+    assert balance_distance(both.replaced({"drive.distance": 0.38}), 28.28e-6) > 0.3
+
+
+def test_a_device_out_of_step_is_not_said_to_swim():
+    limit = diagnose(below()).step_out_frequency
+    words = [as_text(diagnose(below().replaced({"drive.frequency": f}))) for f in (0.9 * limit, 1.1 * limit)]
+    assert ["were it in step" in text for text in words] == [False, True]
+
+
+def test_step_out_below_a_cylinder_is_that_of_its_own_field():
+    long = {"moment": 10.0, "radius": 0.003, "height": 0.2, "field": "cylinder"}
+    found = diagnose(below_magnets(long, distance=0.12))
+    assert found.step_out_frequency == pytest.approx(found.roll_rates[0] / (2 * np.pi), rel=1e-6)
+
+
 def test_step_out_sinking_swimming_and_rolling_are_their_closed_forms():
     found = diagnose(below())
     rolling = 2e-8 - 3e-6**2 / 0.03  # free to swim as it turns

@@ -32,8 +32,8 @@ def test_contact_is_where_and_when_the_oracle_has_it():
 
     gap.terminal = True
     end = oracles.solve(c, [30.0], events=gap, rtol=1e-10).t_events[0][0]
-    assert run.judgement.end_time == pytest.approx(end, abs=2e-6)
-    assert run.dataset.gap.values[-1] == pytest.approx(CONTACT, abs=3e-7)  # 1 us at 0.2 m/s
+    assert run.judgement.end_time == pytest.approx(end, abs=1e-7)
+    assert run.dataset.gap.values[-1] == pytest.approx(CONTACT, abs=1e-9)  # 1 ns at 0.2 m/s
     assert run.dataset.gap.values[-1] <= CONTACT
     assert np.all(run.dataset.gap.values[:-1] > CONTACT)
     assert run.judgement.escape_time == run.judgement.end_time

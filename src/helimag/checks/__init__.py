@@ -2,7 +2,15 @@
 
 from helimag.checks.check import Check
 from helimag.checks.findings import Caution, cautions, examine
-from helimag.checks.flow import boundary_drag, enclosing_body, pitch_angle, reynolds, slenderness, wall_gap
+from helimag.checks.flow import (
+    boundary_drag,
+    enclosing_body,
+    pitch_angle,
+    reynolds,
+    slenderness,
+    wall_gap,
+    wall_resolved,
+)
 from helimag.checks.magnets import (
     dipole_error,
     field_axis,
@@ -11,6 +19,7 @@ from helimag.checks.magnets import (
     rotation_at_start,
     step_out,
     step_out_frequency,
+    weakest_and_strongest,
 )
 
 __all__ = [
@@ -31,4 +40,6 @@ __all__ = [
     "step_out",
     "step_out_frequency",
     "wall_gap",
+    "wall_resolved",
+    "weakest_and_strongest",
 ]

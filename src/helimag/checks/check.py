@@ -1,7 +1,8 @@
 """What a check returns."""
 
-from dataclasses import dataclass
-from typing import Literal
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
 
 
 @dataclass(frozen=True)
@@ -30,3 +31,7 @@ class Check:
         """How many times the value is beyond the threshold; more than one where the check does not hold."""
         over, under = (self.value, self.threshold) if self.bound == "at most" else (self.threshold, self.value)
         return over / under if under > 0.0 else float("inf")
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON, which has no infinity: ``value`` is None where it is no finite number."""
+        return {**asdict(self), "value": self.value if math.isfinite(self.value) else None}

@@ -2,10 +2,18 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from helimag.checks.check import Check
-from helimag.checks.flow import boundary_drag, enclosing_body, pitch_angle, reynolds, slenderness, wall_gap
+from helimag.checks.flow import (
+    boundary_drag,
+    enclosing_body,
+    pitch_angle,
+    reynolds,
+    slenderness,
+    wall_gap,
+    wall_resolved,
+)
 from helimag.checks.magnets import magnet_distance, step_out
 from helimag.scenario import Scenario
 
@@ -15,6 +23,7 @@ CHECKS: tuple[Callable[[Scenario], Check | None], ...] = (
     pitch_angle,
     enclosing_body,
     wall_gap,
+    wall_resolved,
     magnet_distance,
     step_out,
 )
@@ -41,7 +50,7 @@ class Caution:
 
     def as_dict(self) -> dict[str, object]:
         """For JSON and for attributes of files."""
-        return {**asdict(self.worst), "runs": self.runs, "of": self.of, "where": self.where, "text": self.text}
+        return {**self.worst.as_dict(), "runs": self.runs, "of": self.of, "where": self.where, "text": self.text}
 
 
 def examine(scenario: Scenario, *, thorough: bool = False) -> list[Check]:

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from helimag.checks.check import Check
 from helimag.errors import InputError
-from helimag.hydrodynamics import boundary, mobility, net_weight, resistance
-from helimag.hydrodynamics.bounds import enclosing_resistance
+from helimag.hydrodynamics import boundary, error_estimate, mobility, net_weight, resistance
+from helimag.hydrodynamics.boundary import LEAST_GAP
+from helimag.hydrodynamics.bounds import drag_ratio, enclosing_resistance, most_drag_ratio
 from helimag.hydrodynamics.motion import advance_per_turn, largest_drag, sinking_speeds
 from helimag.scenario import Device, Fluid, Scenario
 
@@ -21,8 +22,8 @@ RESISTIVE_FORCE = ("lighthill", "gray-hancock")
 # resistive-force theory beside measured helices: B. Rodenborn et al., PNAS 110 (2013) E338; docs/model.md, known limits
 SHORTEST_TURN = 144.0  # wire radii: thrust and drag are up to 90 % off there
 LARGEST_PITCH_ANGLE = math.radians(22.4)  # up to 26 % off there, 90 % at 44 deg, four times too much at 70 deg
-LARGEST_DRAG_RATIO = 1.0  # Hill and Power, Q. J. Mech. Appl. Math. 9 (1956) 313
 LARGEST_MISFIT = 1.1  # the boundary solver's own distance from measured helices (benchmarks/boundary_truth.py)
+HEIGHTS = ("workspace.floor", "workspace.surface")
 LARGEST_WALL_EFFECT = 0.1  # of the drag: less is below what the drag models are worth
 
 
@@ -99,19 +100,18 @@ def enclosing_body(scenario: Scenario) -> Check:
     """Drag over that of a spheroid around the device, in the motion where it is largest: above one is impossible.
 
     A body's Stokes dissipation in any rigid motion is at most that of a body which encloses it: the latter's flow is
-    one of those among which the former's is least.
+    one of those among which the former's is least. What the boundary solver states as its error does not count.
     """
     device, fluid = scenario.device, scenario.fluid
     matrix, _ = device_matrices(device, fluid)
     around = enclosing_resistance(device, fluid)
-    root = np.linalg.inv(np.linalg.cholesky(around))
-    value = float(np.linalg.eigvalsh(root @ matrix @ root.T)[-1])
+    value = drag_ratio(matrix, around)
     return Check(
         "enclosing_body",
         "device.hydrodynamics.model",
         value,
         "at most",
-        LARGEST_DRAG_RATIO,
+        most_drag_ratio(error_estimate(device)),
         f"drag is up to {value:.2g} times that of a spheroid around the device, which none can exceed (along the axis "
         f"{matrix[0, 0] / around[0, 0]:.2g} times)",
         'use device.hydrodynamics.model = "boundary"',
@@ -152,14 +152,16 @@ def boundary_drag(scenario: Scenario) -> Check | None:
 
 
 def wall_gap(scenario: Scenario) -> Check | None:
-    """How much the nearest of floor, surface and walls would change the drag at the start; drag is that of open fluid.
+    """How much the nearest of floor, surface and walls would change the drag at the start, where it is of open fluid.
 
     First order in size over distance: k R / (6 pi mu h), k = 9/8 for a wall and 3/4 for a free surface, both across
-    (H. Brenner, J. Fluid Mech. 12 (1962) 35; signs differ, sizes count here).
+    (H. Brenner, J. Fluid Mech. 12 (1962) 35; signs differ, sizes count here). Where floor and surface raise the drag of
+    a run (``near_walls``), only upright walls are left.
     """
     resistance_, _ = device_matrices(scenario.device, scenario.fluid)
     size = largest_drag(resistance_) / (6.0 * math.pi * scenario.fluid.viscosity)
-    effects = [(factor * size / gap, path, gap) for path, gap, factor in _gaps(scenario)]
+    counted = HEIGHTS if scenario.device.hydrodynamics.near_walls else ()
+    effects = [(factor * size / gap, path, gap) for path, gap, factor in _gaps(scenario) if path not in counted]
     if not effects:
         return None
     value, path, gap = max(effects)
@@ -172,6 +174,41 @@ def wall_gap(scenario: Scenario) -> Check | None:
         f"{path} is {gap / scenario.device.length:.2g} device lengths from the start and would change the drag "
         f"by {_share(value)}",
         f"start {1e3 * gap * value / LARGEST_WALL_EFFECT:.3g} mm or more away from it",
+    )
+
+
+def wall_resolved(scenario: Scenario) -> Check | None:
+    """Gap at the start over the device's largest radius, where floor and surface raise the drag (``near_walls``).
+
+    Lubrication is not resolved: a gap of less than the tables' least counts as that.
+    """
+    device = scenario.device
+    gaps = [(gap, path) for path, gap, _ in _gaps(scenario) if path in HEIGHTS]
+    if not (device.hydrodynamics.near_walls and gaps):
+        return None
+    radius = max(device.tail_radius, device.head_radius)
+    heading = scenario.drive.heading
+    pitch = heading[1] if isinstance(heading, tuple) else 0.0
+    rises = {"workspace.floor": math.sin(pitch), "workspace.surface": -math.sin(pitch)}  # of the nose from the plane
+    left, path = min((gap - _reach(device, rises[path]), path) for gap, path in gaps)
+    value = left / radius
+    return Check(
+        "wall_resolved",
+        path,
+        value,
+        "at least",
+        LEAST_GAP,
+        f"the device starts {value:.2g} of its radius from {path}; nearer than {LEAST_GAP:g} its drag rises no more, "
+        "so that it comes to the wall too fast",
+        f"start with a gap of {1e3 * LEAST_GAP * radius:.2g} mm or more",
+    )
+
+
+def _reach(device: Device, rise: float) -> float:
+    """How much nearer to a plane than the origin an end comes as the device rolls, its nose rising from it (m)."""
+    across = math.sqrt(1.0 - rise**2)
+    return max(
+        -device.front * rise + device.head_radius * across, device.tail_length * rise + device.tail_radius * across
     )
 
 

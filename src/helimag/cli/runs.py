@@ -283,7 +283,7 @@ def resistance(scenario: ScenarioName, *, changes: Changes = None, common: Commo
     matrix = hydrodynamics.resistance(chosen.device, chosen.fluid)
     model = chosen.device.hydrodynamics.model
     error = hydrodynamics.error_estimate(chosen.device)
-    violated = violates(matrix, enclosing_resistance(chosen.device, chosen.fluid))
+    violated = violates(matrix, enclosing_resistance(chosen.device, chosen.fluid), error)
     if common.json:
         mobility = hydrodynamics.mobility(matrix)
         report = {"resistance": matrix.tolist(), "mobility": mobility.tolist(), "model": model}

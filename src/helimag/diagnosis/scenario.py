@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.checks import Check, examine, field_axis, step_out_frequency
+from helimag.checks import Check, examine, field_axis, step_out_frequency, weakest_and_strongest
 from helimag.diagnosis.turn import over_a_turn
 from helimag.engine import announced, carrying_velocity, start_attitude
 from helimag.geometry import long_axes, magnet_start
@@ -17,6 +17,7 @@ from helimag.scenario import MARKS, Scenario
 Floats = NDArray[np.float64]
 
 FARTHEST = 10.0  # m; a balance farther away than this is none
+TRIED = 400  # distances between which it is looked for
 
 
 @dataclass(frozen=True)
@@ -106,8 +107,7 @@ def diagnose(scenario: Scenario) -> Diagnosis:
     weight, _ = net_weight(scenario.device, scenario.fluid)
     away = np.array(scenario.drive.start) - magnet_start(scenario.drive)
     fields, forces = over_a_turn(scenario, away[None])
-    strengths = np.linalg.norm(fields[0], axis=1)
-    field = float(strengths.min()), float(strengths.max())
+    field = weakest_and_strongest(fields[0])
     stiffness = scenario.device.magnetic_moment / roll_resistance(inverse)
     advance = advance_per_turn(inverse)
     axis = field_axis(scenario) * math.copysign(1.0, scenario.drive.frequency)
@@ -131,17 +131,32 @@ def diagnose(scenario: Scenario) -> Diagnosis:
 
 
 def balance_distance(scenario: Scenario, weight: float) -> float | None:
-    """Distance (m) straight below the magnet at which the mean pull in step carries ``weight`` (N); None if nowhere."""
+    """Distance (m) straight below the magnet at which the mean pull in step carries ``weight`` (N); None if nowhere.
+
+    Where the pull falls short of the weight farther away; of several such places, as below long magnets or between two,
+    the nearest to the start.
+    """
     from scipy.optimize import brentq
 
-    def surplus(distance: float) -> float:
-        _, forces = over_a_turn(scenario, np.array([[0.0, 0.0, -distance]]))
-        return float(forces[0, :, 2].mean()) - weight
+    def surplus(distance: Floats) -> Floats:
+        places = np.zeros((distance.size, 3))
+        places[:, 2] = -distance
+        _, forces = over_a_turn(scenario, places)
+        above: Floats = forces[:, :, 2].mean(axis=1) - weight
+        return above
 
     nearest = scenario.contact_distance
-    if weight <= 0.0 or surplus(nearest) < 0.0 or surplus(FARTHEST) > 0.0:
+    if weight <= 0.0 or nearest >= FARTHEST:
         return None
-    return float(brentq(surplus, nearest, FARTHEST, xtol=1e-9, rtol=1e-12))
+    places = np.geomspace(nearest, FARTHEST, TRIED)
+    found = surplus(places)
+    begins = np.flatnonzero((found[:-1] >= 0.0) & (found[1:] < 0.0))
+    if not begins.size:
+        return None
+    start = magnet_start(scenario.drive)[2] - scenario.drive.start[2]
+    begin = begins[np.argmin(np.abs(np.log(places[begins] / max(start, nearest))))]
+    low, high = float(places[begin]), float(places[begin + 1])
+    return float(brentq(lambda at: float(surplus(np.array([at]))[0]), low, high, xtol=1e-9, rtol=1e-12))
 
 
 def travel(scenario: Scenario, nose: Floats, axis: Floats, advance: float) -> Travel:

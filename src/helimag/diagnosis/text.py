@@ -1,7 +1,6 @@
 """A diagnosis in words, and as JSON."""
 
 import math
-from dataclasses import asdict
 from typing import Any
 
 from helimag.diagnosis.scenario import Diagnosis, Travel
@@ -21,7 +20,7 @@ def as_text(found: Diagnosis) -> str:
         f"  step-out      {found.step_out_frequency:.2f} Hz at least, {found.margin:.2f} times the drive's frequency",
         f"  roll          relaxes at {found.roll_rates[0]:.0f} to {found.roll_rates[1]:.0f} per s",
         f"  swimming      {1e3 * abs(found.advance):.3f} mm a turn, {1e3 * found.swimming_speed:.3f} mm/s at "
-        f"{abs(drive.frequency):g} Hz",
+        f"{abs(drive.frequency):g} Hz{_in_step(found)}",
         f"  sinking       {1e3 * found.sinking[0]:.3f} mm/s level, {1e3 * found.sinking[1]:.3f} mm/s upright",
         f"  start         {_travel(found.at_start)}",
         f"  settled axis  {_travel(found.settled)}",
@@ -39,6 +38,11 @@ def _moment(found: Diagnosis) -> str:
     if half is None:
         return f"{total:.4g} A m^2, how well known is not said"
     return f"{total:.4g} ± {half:.2g} A m^2; field, pull and step-out share its {100.0 * half / total:.2g} %"
+
+
+def _in_step(found: Diagnosis) -> str:
+    """That swimming supposes what step-out does not promise; nothing where it does."""
+    return "" if found.margin >= 1.0 else ", were it in step"
 
 
 def _balance(found: Diagnosis) -> str:
@@ -91,7 +95,7 @@ def as_json(found: Diagnosis) -> dict[str, Any]:
         "at_start": _travel_json(found.at_start),
         "settled": _travel_json(found.settled),
         "sources": found.sources,
-        "checks": [{**asdict(check), "holds": check.holds} for check in found.checks],
+        "checks": [{**check.as_dict(), "holds": check.holds} for check in found.checks],
     }
 
 

@@ -37,7 +37,9 @@ ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
 SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that the numbers are broken
-EVENT_TIME = wp.constant(wp.float64(1e-6))  # s; events are located to this
+EVENT_TIME = wp.constant(
+    wp.float64(1e-9)
+)  # s; events are located to this, since a device falls into the magnet at metres a second
 TAKEN, REJECTED, LOCATING = (wp.constant(i) for i in range(3))  # what became of a trial step
 RUNNING, HORIZON, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, End.HORIZON, End.NOT_FINITE))
 

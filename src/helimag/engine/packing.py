@@ -19,8 +19,6 @@ from helimag.scenario import Device, Fluid, Magnet, Path, Scenario
 
 Floats = NDArray[np.float64]
 
-THICKEST_SLICE = 1.0  # of the diameter; a thicker cylinder is cut into slices, so that its multipoles converge
-
 
 def initial_gap(scenario: Scenario) -> float:
     """Input u of the gain: height difference of RPM and device at the start (m), eq. (5)."""
@@ -99,7 +97,7 @@ def _nothing(magnet: Magnet) -> dict[str, object]:
 
 @lru_cache(maxsize=64)
 def _magnet(magnet: Magnet) -> dict[str, object]:
-    slices = math.ceil(magnet.height / (THICKEST_SLICE * 2.0 * magnet.radius))
+    slices = magnetics.slices_of(magnet.radius, magnet.height)
     phase = magnet.phase or 0.0
     return {
         "offset": magnet.offset,

@@ -40,9 +40,20 @@ def enclosing_resistance(device: Device, fluid: Fluid) -> Floats:
     return moved(spheroid(axial, radial, fluid.viscosity), np.array([center, 0.0, 0.0]))
 
 
-def violates(matrix: Floats, bound: Floats) -> bool:
-    """Whether the diagonal of a resistance (6, 6) exceeds that of a bound about the same point."""
-    return bool(np.any(np.diag(matrix) > np.diag(bound)))
+def drag_ratio(matrix: Floats, bound: Floats) -> float:
+    """Dissipation of a resistance (6, 6) over that of a bound about the same point, in the motion where it is most."""
+    root = np.linalg.inv(np.linalg.cholesky(bound))
+    return float(np.linalg.eigvalsh(root @ matrix @ root.T)[-1])
+
+
+def most_drag_ratio(error: float | None) -> float:
+    """What `drag_ratio` may be: one, and more only by the relative error of the resistance, where one is known."""
+    return 1.0 if error is None else 1.0 + error
+
+
+def violates(matrix: Floats, bound: Floats, error: float | None = None) -> bool:
+    """Whether a resistance (6, 6) exceeds a bound about the same point in any motion, by more than its own error."""
+    return drag_ratio(matrix, bound) > most_drag_ratio(error)
 
 
 def moved(matrix: Floats, place: Floats) -> Floats:

@@ -1,5 +1,7 @@
 """Field, force and torque between the rotating permanent magnet and the device (eqs 4 and 9), and axis maps."""
 
+import math
+
 import warp as wp
 
 MU0_OVER_4PI = wp.constant(wp.float64(1e-7))  # T m / A, the value before 2019; today's differs by 5.5e-10 of it
@@ -11,6 +13,11 @@ FIVE = wp.constant(wp.float64(5.0))
 
 HIGHEST_ORDER = wp.constant(19)  # of the multipoles kept for a cylinder
 Multipoles = wp.types.vector(length=10, dtype=wp.float64)  # of the odd orders 1, 3 ... 19, A m^(order + 1)
+
+
+def slices_of(radius: float, height: float) -> int:
+    """How many slices a cylinder is cut into: none thicker than wide, so that its multipoles converge."""
+    return math.ceil(height / (2.0 * radius))
 
 
 @wp.struct

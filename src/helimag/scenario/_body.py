@@ -104,6 +104,19 @@ def _triangles(content: bytes, name: str) -> Floats:
         corners = np.asarray(mesh.triangles, dtype=np.float64)
     except (ValueError, IndexError, KeyError, TypeError, AttributeError, trimesh.exchange.stl.HeaderError) as error:
         raise InputError(f"device.body.file {name} is not STL: {error}") from None
-    if not (len(corners) and np.isfinite(corners).all()):
+    if not len(corners):
+        raise InputError(f"device.body.file {name} holds no triangles that can be read: {_size_of(content)}")
+    if not np.isfinite(corners).all():
         raise InputError(f"device.body.file {name} must hold triangles with finite corners")
     return corners
+
+
+def _size_of(content: bytes) -> str:
+    """What the length of a file says of it, were it binary STL: 80 bytes of title, a count, 50 bytes a triangle."""
+    if len(content) < 84:
+        return f"it has {len(content)} bytes"
+    count = int.from_bytes(content[80:84], "little")
+    return (
+        f"as text it has no whole facet, and as binary STL of {count} triangles it needs {84 + 50 * count} bytes, "
+        f"not {len(content)}"
+    )

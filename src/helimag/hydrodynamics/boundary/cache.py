@@ -46,7 +46,7 @@ def solution(device: Device, plane: Plane | None = None) -> Solution:
         Where the device's body is no closed surface, where it reaches through the plane, or where the tolerance is out
         of reach.
     """
-    key = hashlib.sha256(question(device, plane).encode()).hexdigest()
+    key = _digest(question(device, plane))
     if key not in _memory:
         path = folder() / f"{key}.json"
         found = _read(path)
@@ -90,8 +90,13 @@ def _write(path: Path, found: Solution) -> None:
         "triangles": found.triangles,
         "levels": [level.tolist() for level in found.levels],
     }
+    text = json.dumps(data)
     with contextlib.suppress(FileError, OSError), kept_at(path) as beside:
-        beside.write_text(json.dumps(data), encoding="utf-8")
+        beside.write_text(f"{text}\n{_digest(text)}", encoding="utf-8")
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 @contextlib.contextmanager
@@ -106,18 +111,14 @@ def kept_at(path: Path) -> Iterator[Path]:
 
 
 def _read(path: Path) -> Solution | None:
-    """The solution in a file; None where there is none or it is not whole."""
+    """The solution in a file; None where there is none, or not as it was written: its last line tells the hash."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        text, _, digest = path.read_text(encoding="utf-8").rpartition("\n")
+        if digest != _digest(text):
+            return None
+        data = json.loads(text)
         levels = tuple(np.array(level, dtype=np.float64) for level in data["levels"])
-        found = Solution(
-            np.array(data["resistance"], dtype=np.float64),
-            float(data["error_estimate"]),
-            tuple(int(count) for count in data["triangles"]),
-            levels,
-        )
-    except (OSError, ValueError, KeyError, TypeError):
+        resistance = np.array(data["resistance"], dtype=np.float64)
+        return Solution(resistance, float(data["error_estimate"]), tuple(data["triangles"]), levels)
+    except (OSError, ValueError):
         return None
-    matrices = (found.resistance, *levels)
-    whole = all(matrix.shape == (6, 6) and np.isfinite(matrix).all() for matrix in matrices)
-    return found if whole and len(levels) == len(found.triangles) >= 2 else None

@@ -17,26 +17,33 @@ NAMED = 3  # places named in a message
 def checked(corners: Floats, name: str) -> Mesh:
     """The surface that triangles (n, 3, 3) make, each of its closed pieces a part of its own.
 
+    Triangles that are thinner than the distance at which corners are one close gaps between others, as CAD programs
+    leave them; they have no surface of their own and are left out.
+
     Raises
     ------
     InputError
         Where it is open, where neighbours face opposite ways, where it encloses nothing, where it is inside out or
         where triangles cross.
     """
-    faces, vertices = _numbered(corners)
-    flat = (faces[:, 0] == faces[:, 1]) | (faces[:, 1] == faces[:, 2]) | (faces[:, 2] == faces[:, 0])
-    faces = faces[~flat]
+    size = float(np.ptp(corners, axis=(0, 1)).max())
+    if not size > 0.0:
+        raise InputError(f"{name} encloses nothing: all its corners are at one place")
+    faces, vertices = _numbered(corners, SAME * size)
+    points = (faces[:, 0] == faces[:, 1]) | (faces[:, 1] == faces[:, 2]) | (faces[:, 2] == faces[:, 0])
+    faces = faces[~points]
     _check_edges(faces, vertices, name)
     mesh = Mesh(vertices[faces], _pieces(faces, len(vertices)))
     _check_volumes(mesh, name)
+    thin = mesh.heights < SAME * size
+    mesh, faces = mesh.without(thin), faces[~thin]
     _check_crossings(mesh, faces, name)
     return mesh
 
 
-def _numbered(corners: Floats) -> tuple[Integers, Floats]:
+def _numbered(corners: Floats, grid: float) -> tuple[Integers, Floats]:
     """Numbers of each triangle's corners (n, 3) and their places (k, 3), corners at one place having one number."""
     flat = corners.reshape(-1, 3)
-    grid = SAME * np.ptp(flat, axis=0).max()
     _, first, number = np.unique(np.round(flat / grid).astype(np.int64), axis=0, return_index=True, return_inverse=True)
     return number.reshape(-1, 3).astype(np.intp), flat[first]
 
@@ -57,8 +64,8 @@ def _check_edges(faces: Integers, vertices: Floats, name: str) -> None:
 
 def _check_volumes(mesh: Mesh, name: str) -> None:
     """Every piece must enclose something, outside out; a cavity is no part of what the fluid sees."""
-    volumes = mesh.volumes
-    if not abs(volumes).min() > FLAT * float(np.ptp(mesh.corners, axis=(0, 1)).max()) ** 3:
+    volumes, areas = mesh.volumes, mesh.areas
+    if not (len(mesh) and np.all(abs(volumes) > FLAT * areas**1.5)):
         raise InputError(f"{name} encloses nothing: its faces lie on each other; give it a thickness")
     if np.all(volumes < 0.0):
         raise InputError(

@@ -8,10 +8,11 @@ import numpy as np
 from helimag.hydrodynamics.boundary.closed import checked
 from helimag.hydrodynamics.boundary.mesh import Mesh, bisected, halved, joined, quartered
 from helimag.hydrodynamics.boundary.solve import MOST
-from helimag.hydrodynamics.boundary.surfaces import head_surface, wire_surface
-from helimag.scenario import Device
+from helimag.hydrodynamics.boundary.surfaces import head_surface, rod_surface, wire_surface
+from helimag.scenario import CylinderHead, Device
 
 FINENESS = (5, 7, 10, 14, 20)  # facets around the wire, each step halving the triangles' area
+ROD = 11.47  # lengths per diameter of a cylinder alone, from where facets as long as wide are too many to solve for
 FEWEST = 150  # triangles of a given body, about
 
 
@@ -41,15 +42,24 @@ def _parts(device: Device, fineness: int) -> list[Mesh]:
         parts.append(wire_surface(device.helix, device.helix_start, fineness))
         share = 0.0 if device.head is None else device.head.radius / (5.0 * device.helix.wire_radius)
         divisions = min(max(2, math.ceil(fineness * share)), fineness)
-    if device.head is not None:
+    if device.helix is None and isinstance(device.head, CylinderHead) and device.head.reach > ROD * device.head.radius:
+        parts.append(rod_surface(device.head, fineness))
+    elif device.head is not None:
         parts.append(head_surface(device.head, divisions))
     return parts
 
 
 def _finer(mesh: Mesh) -> Iterator[Mesh]:
-    """A given surface without long edges, then with every triangle cut in four, in two where four are too many."""
+    """A given surface without long edges, then with every triangle cut in four, in two where four are too many.
+
+    Long thin facets, of which CAD programs make a cylinder, stay as long as it takes for a finer surface to fit.
+    """
     area = float(np.linalg.norm(mesh.area_vectors, axis=1).sum())
-    fine = bisected(mesh, 2.5 * math.sqrt(area / FEWEST))
+    longest = 2.5 * math.sqrt(area / FEWEST)
+    fine = bisected(mesh, longest)
+    while len(fine) > max(MOST // 4, len(mesh)):
+        longest *= math.sqrt(2.0)
+        fine = bisected(mesh, longest)
     while True:
         yield fine
         fine = quartered(fine) if 4 * len(fine) <= MOST else halved(fine)

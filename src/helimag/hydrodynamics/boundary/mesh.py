@@ -58,6 +58,19 @@ class Mesh:
         return volumes
 
     @property
+    def areas(self) -> Floats:
+        """Area of each part's surface (m^2)."""
+        areas: Floats = np.bincount(self.part, weights=np.linalg.norm(self.area_vectors, axis=1)).astype(np.float64)
+        return areas
+
+    @property
+    def heights(self) -> Floats:
+        """Least height of each triangle, over its longest edge (n,), m; nought where its corners lie on a line."""
+        edges = np.linalg.norm(np.roll(self.corners, -1, axis=1) - self.corners, axis=2)
+        heights: Floats = 2.0 * np.linalg.norm(self.area_vectors, axis=1) / edges.max(axis=1)
+        return heights
+
+    @property
     def volume(self) -> float:
         """Enclosed volume (m^3)."""
         return float(self.volumes.sum())

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain, islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +60,7 @@ def refined(surfaces: Iterator[Mesh], tolerance: float, plane: Plane | None = No
     triangles: list[int] = []
     levels: list[Floats] = []
     best = np.inf
-    for mesh in surfaces:
+    for mesh in chain(_two_that_fit(surfaces), surfaces):
         if len(mesh) > MOST:
             break
         triangles.append(len(mesh))
@@ -70,15 +71,22 @@ def refined(surfaces: Iterator[Mesh], tolerance: float, plane: Plane | None = No
         best = CAUTION * relative_difference(levels[-1], found)
         if best <= tolerance:
             return Solution(found, best, tuple(triangles), tuple(levels))
-    if len(levels) < 2:
-        raise InputError(
-            f"the body needs {len(mesh)} surface triangles for resolution {len(levels) + 1} of at least 2; "
-            f"there may be {MOST}: give a mesh with fewer triangles"
-        )
     raise InputError(
         f"device.hydrodynamics.tolerance of {tolerance:g} is not reached with {MOST} surface triangles, the most there "
         f"may be; the estimated error is {best:.2g}"
     )
+
+
+def _two_that_fit(surfaces: Iterator[Mesh]) -> list[Mesh]:
+    """The two coarsest surfaces; refused before either is solved for where they are too fine."""
+    two = list(islice(surfaces, 2))
+    for number, mesh in enumerate(two, start=1):
+        if len(mesh) > MOST:
+            raise InputError(
+                f"the body needs {len(mesh)} surface triangles for resolution {number} of at least 2; "
+                f"there may be {MOST}: give a mesh with fewer triangles, a shorter wire or a thicker one"
+            )
+    return two
 
 
 def extrapolated(coarse: Floats, fine: Floats, ratio: float) -> Floats:

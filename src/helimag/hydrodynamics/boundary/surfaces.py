@@ -134,16 +134,34 @@ def wire_surface(helix: Helix, start: float, around: int) -> Mesh:
         not too many of them.
     """
     contour = helix.length * helix.contour_per_length
-    girth = 2.0 * math.pi * helix.wire_radius
-    aspect = min(max(1.5, contour / girth * COARSEST / MANY), 3.5)
     bend = 2.0 * math.pi * helix.length / helix.pitch
-    steps = max(2, round(contour / girth * around / aspect), math.ceil(bend / 0.8 * around / COARSEST))
+    steps = max(2, _facets_along(contour, helix.wire_radius, around), math.ceil(bend / 0.8 * around / COARSEST))
     volume = math.pi * helix.wire_radius**2 * contour
     thickness = helix.wire_radius
     for _ in range(3):  # facets of a bent wire lose or gain a little more than a polygon's area
         mesh = _tube(helix, start, around, steps, thickness)
         thickness *= math.sqrt(volume / mesh.volume)
     return _tube(helix, start, around, steps, thickness)
+
+
+def _facets_along(length: float, radius: float, around: int) -> int:
+    """How many facets a wire takes along its length, with ``around`` of them around it."""
+    girths = length / (2.0 * math.pi * radius)
+    aspect = min(max(1.5, girths * COARSEST / MANY), 3.5)
+    return round(girths * around / aspect)
+
+
+def rod_surface(head: CylinderHead, around: int) -> Mesh:
+    """Surface of a long cylinder, made like that of a wire: ``around`` facets around it, longer than wide."""
+    rows = _facets_along(head.length, head.radius, around)
+    middles = np.linspace([-head.reach, 0.0, 0.0], [head.reach, 0.0, 0.0], rows + 1)
+    rings = [
+        middle + head.radius * np.column_stack([np.zeros(around), _circle(around, offset=0.5 * (i % 2))])
+        for i, middle in enumerate(middles)
+    ]
+    mesh = _skin(rings, middles[0], middles[-1])
+    across = math.sqrt(head.volume / mesh.volume)
+    return Mesh(mesh.corners * np.array([1.0, across, across]), mesh.part)
 
 
 def _tube(helix: Helix, start: float, around: int, steps: int, thickness: float) -> Mesh:
@@ -163,8 +181,14 @@ def _tube(helix: Helix, start: float, around: int, steps: int, thickness: float)
     for i in range(steps + 1):
         circle = thickness * _circle(around, offset=0.5 * (i % 2))
         rings.append(middle[i] + circle[:, :1] * inward[i] + circle[:, 1:] * third[i])
-    mantle = np.concatenate(rings)[np.concatenate([_band(i, around) for i in range(steps)])]
-    ends = _end_face(rings[0], middle[0])[:, ::-1], _end_face(rings[-1], middle[-1])
+    return _skin(rings, middle[0], middle[-1])
+
+
+def _skin(rings: list[Floats], first: Floats, last: Floats) -> Mesh:
+    """Triangles between rings of corners that follow each other along a wire, and faces at its ends."""
+    around = len(rings[0])
+    mantle = np.concatenate(rings)[np.concatenate([_band(i, around) for i in range(len(rings) - 1)])]
+    ends = _end_face(rings[0], first)[:, ::-1], _end_face(rings[-1], last)
     corners = np.concatenate([mantle, *ends])
     return Mesh(corners, np.zeros(len(corners), dtype=np.intp))
 

@@ -126,11 +126,14 @@ def wall_table(device: Device, kind: Literal["floor", "surface"]) -> WallTable:
 
 
 def _read(path: Path, kind: Literal["floor", "surface"]) -> WallTable | None:
-    """The table in a file; None where there is none or it is not whole."""
+    """The table in a file; None where there is none or it is not whole.
+
+    A sheet's checksum tells what has changed in it; what has changed in the head of one may be anything to a reader.
+    """
     try:
         with path.open("rb") as file, np.load(file) as kept:
             return WallTable(kind, float(kept["middle"]), kept["gaps"], kept["tilts"], kept["reach"], kept["values"])
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile, RuntimeError):  # or NotImplementedError, a kind of it
         return None
 
 
