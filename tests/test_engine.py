@@ -19,9 +19,9 @@ from helimag.engine import running as running_module
 from helimag.engine.control import scaled_square
 from helimag.engine.events import pack_bounds
 from helimag.engine.kernels import ready
-from helimag.engine.methods import weighted_sum
 from helimag.engine.observe import build_observe
 from helimag.engine.packing import pack_bodies, pack_magnets
+from helimag.engine.stages import weighted_sum
 from helimag.outcomes import End
 from helimag.physics.balance import Sheet, Swimmer
 from helimag.physics.kinematics import State, normalized

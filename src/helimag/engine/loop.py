@@ -11,19 +11,13 @@ import warp as wp
 
 from helimag.engine.columns import build_columns
 from helimag.engine.control import Control, build_rescaled
+from helimag.engine.dense import KEPT, STAGES
 from helimag.engine.events import Bounds, clearance
 from helimag.engine.methods import Method
 from helimag.engine.moving import gone_on
 from helimag.engine.progress import Progress
-from helimag.engine.samples import (
-    Record,
-    Schedule,
-    Statistics,
-    record_of,
-    sample_time,
-    statistics_from,
-    stepped_with,
-)
+from helimag.engine.recording import build_within, recorded
+from helimag.engine.samples import Schedule, Statistics, sample_time, statistics_from, stepped_with
 from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates, clear_of_walls, leaps_hold
 from helimag.engine.touches import touches_with
@@ -36,21 +30,50 @@ from helimag.physics.magnetics import FieldSource
 ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
+TWO = wp.constant(wp.float64(2.0))
+SPARSE = wp.constant(wp.float64(0.65))  # of a step: samples closer together than this do not end steps
+MOST_WITHIN = wp.constant(wp.float64(1000.0))  # samples within a step, so that launches stay short
 SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that the numbers are broken
 EVENT_TIME = wp.constant(wp.float64(1e-6))  # s; events are located to this
 TAKEN, REJECTED, LOCATING = (wp.constant(i) for i in range(3))  # what became of a trial step
-RUNNING, HORIZON, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, End.HORIZON, End.NOT_FINITE))
+RUNNING, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, End.NOT_FINITE))
+
+
+@cache
+def build_stride(method: Method) -> wp.Function:
+    """Make the function that says how long the next step is to be (s), and when it ends, with a sample ``due``."""
+    landing = method.course is None
+
+    @wp.func
+    def stride(schedule: Schedule, control: Control, due: wp.float64, now: wp.float64, step: wp.float64):
+        wanted = wp.min(step, control.longest)
+        end = due
+        if wp.static(not landing):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
+            if schedule.interval < SPARSE * wanted:
+                wanted = wp.min(wanted, MOST_WITHIN * schedule.interval)
+                end = schedule.duration
+                if end - now >= TWO * wanted:
+                    return wanted, now + wanted
+        # equal steps to the sample, so that landing on it never costs a tiny one
+        count = wp.ceil((end - now) / wanted)
+        dt = (end - now) / count
+        if count == ONE:
+            return dt, end
+        return dt, now + dt
+
+    return stride
 
 
 @cache
 def build_attempt(system: System, method: Method) -> wp.Function:
-    """Make the function that tries one step towards ``end`` (s), under error control and with an eye on events.
+    """Make the function that tries one step towards a sample, under error control and with an eye on events.
 
     It returns whether the step was taken, how long it was, the time, the step to try next, the state, the middle of the
     next step with what is around it, rates and lag vector, and the run's status.
     """
     drive_type, pose_model, medium = system.drive_type, system.pose, system.medium
     load, balance, trial = build_load(system.magnet), build_balance(medium.response), method.build(system)
+    stride = build_stride(method)
     surroundings_type, here_type, local = medium.surroundings_type, medium.here_type, medium.local
     rescaled = build_rescaled(method.error_order, method.safety)
     growth = wp.constant(wp.float64(method.growth))
@@ -65,25 +88,22 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         magnets: wp.array(dtype=FieldSource),
         control: Control,
         bounds: Bounds,
-        end: wp.float64,
+        schedule: Schedule,
+        due: wp.float64,
         now: wp.float64,
         step: wp.float64,
         state: State,
         middle: State,
         k0: State,
+        kept: wp.array(dtype=State),
     ):
-        # equal steps to the sample, so that landing on it never costs a tiny one
-        count = wp.ceil((end - now) / wp.min(step, control.longest))
-        dt = (end - now) / count
-        new, error = trial(body, here, drive, magnets, control, now, dt, state, k0)
+        dt, t = stride(schedule, control, due, now, step)
+        new, error = trial(body, here, drive, magnets, control, now, dt, state, k0, kept)
         lag = wp.vec2d()
         if not error <= ONE:
             shorter = wp.min(rescaled(dt, error), HALF * dt)
             broken = wp.where(shorter < SHORTEST, NOT_FINITE, RUNNING)
             return REJECTED, dt, now, shorter, state, middle, here, k0, lag, broken
-        t = now + dt
-        if count == ONE:
-            t = end
         pose = pose_model(drive, t)
         least, kind = clearance(bounds, magnets, pose, new)
         if least < ZERO and dt > EVENT_TIME:
@@ -132,19 +152,6 @@ def begun(before: Statistics, sample: int, t: wp.float64, state: State) -> Stati
     return before
 
 
-@wp.func
-def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
-    """The progress once the sample that is due, or the run's end, is recorded."""
-    p = before
-    records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips, p.touches.lately)
-    p.statistics = statistics_from(p.time, p.state)
-    p.touches.lately = wp.int32(0)
-    p.sample += 1
-    if p.status == RUNNING and p.time >= schedule.duration:
-        p.status = HORIZON
-    return p
-
-
 @cache
 def build_until(system: System, method: Method) -> wp.Function:
     """Make the function that lets a run try up to ``left`` steps, and records the samples it comes to.
@@ -154,6 +161,8 @@ def build_until(system: System, method: Method) -> wp.Function:
     progress would copy it at each, some percent of the time.
     """
     attempt, looked, leaping = build_attempt(system, method), build_looked(system), method.leaps
+    dense = method.course is not None
+    within = build_within(system, method) if dense else None
     asked, watched = _asking_parts() if leaping else (None, None)
     touched, columns_type = system.medium.touched, build_columns(system)
 
@@ -163,6 +172,7 @@ def build_until(system: System, method: Method) -> wp.Function:
         body, around, drive, rpm = runs.bodies[run], runs.surroundings[run], runs.drives[run], runs.magnets[run]
         control, bound, schedule, left, fine = runs.controls[run], runs.bounds[run], runs.schedules[run], most, int(0)
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+        kept = wp.zeros(shape=KEPT, dtype=State)
         here, k0 = looked(body, around, sheets, drive, rpm, p)
         p.statistics = begun(p.statistics, p.sample, p.time, p.state)
         if p.time >= sample_time(schedule, p.sample):
@@ -172,29 +182,39 @@ def build_until(system: System, method: Method) -> wp.Function:
                 if p.time >= p.leap.ready:
                     p, fine = asked(body, drive, rpm, control, bound, schedule, runs.memory, run, p)
                     left -= NODES
-            end = sample_time(schedule, p.sample)
-            if fine == 0 and p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
+            due = sample_time(schedule, p.sample)
+            if fine == 0 and p.time < due and (wp.static(not leaping) or p.time < p.leap.ready):
                 climb = k0[2]
                 outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
-                    body, around, sheets, here, drive, rpm, control, bound, end, p.time, p.step, p.state, p.middle, k0
-                )
-                p.step = step
-                p.middle = middle
-                p.status = status
+                    body, around, sheets, here, drive, rpm, control, bound, schedule, due, p.time, p.step, p.state,
+                    p.middle, k0, kept
+                )  # fmt: skip
                 if outcome == TAKEN:
+                    since = dt
+                    if wp.static(dense):  # noqa: SIM102 - likewise
+                        if due < t:
+                            left += p.sample // STAGES
+                            runs.progress[run] = p
+                            climb, since = within(runs, run, dt, t, kept)
+                            p = runs.progress[run]
+                            left -= p.sample // STAGES
+                            due = sample_time(schedule, p.sample)
                     p.synchrony = synchrony_with(p.synchrony, lag)
-                    p.statistics = stepped_with(p.statistics, dt, climb, new, k0[2])
+                    p.statistics = stepped_with(p.statistics, since, climb, new, k0[2])
                     p.time = t
                     p.state = new
                     p.steps += wp.int64(1)
                     if wp.static(touched is not None):
-                        p.touches = touches_with(p.touches, touched(here, new, k0), t, dt)
+                        p.touches = touches_with(p.touches, touched(here, new, k0), t, since)
                     if wp.static(leaping):
                         p.leap = watched(p.leap, drive.spin_rate, t, lag)
                 elif outcome == REJECTED:
                     p.rejected += wp.int64(1)
+                p.step = step
+                p.middle = middle
+                p.status = status
                 left -= 1
-                if p.time >= end or p.status != RUNNING:
+                if p.time >= due or p.status != RUNNING:
                     p = recorded(p, schedule, run, runs.records)
         runs.progress[run] = p
         return left, fine
