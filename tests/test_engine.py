@@ -78,6 +78,8 @@ def build_rk4(system):
         h: wp.float64,
         state: State,
         k0: State,
+        kept: wp.array(dtype=State),
+        keep: bool,
     ):
         whole = step(body, around, drive, magnets, t, h, state, k0)
         middle = step(body, around, drive, magnets, t, HALF * h, state, k0)

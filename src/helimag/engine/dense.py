@@ -37,7 +37,7 @@ class Course:
 
 @cache
 def build_course(system: System) -> wp.Function:
-    """Make the function that gives the course of a step of ``h`` (s) whose stages were kept, for :func:`state_at`."""
+    """Make the function that gives the course of a step of ``h`` (s) whose stages were kept."""
     rates, drive_type, here_type = build_rates(system), system.drive_type, system.medium.here_type
     kept_states = wp.array(dtype=State)
     arguments, coefficients = ([weighted_sum(row, kept_states) for row in rows] for rows in (tableau.A_MORE, tableau.D))

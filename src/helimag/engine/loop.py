@@ -17,7 +17,7 @@ from helimag.engine.methods import Method
 from helimag.engine.moving import gone_on
 from helimag.engine.progress import Progress
 from helimag.engine.recording import build_within, recorded
-from helimag.engine.samples import Schedule, Statistics, sample_time, statistics_from, stepped_with
+from helimag.engine.samples import Record, Schedule, sample_time, statistics_from, stepped_with
 from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates, clear_of_walls, leaps_hold
 from helimag.engine.touches import touches_with
@@ -30,8 +30,6 @@ from helimag.physics.magnetics import FieldSource
 ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
-TWO = wp.constant(wp.float64(2.0))
-SPARSE = wp.constant(wp.float64(0.65))  # of a step: samples closer together than this do not end steps
 MOST_WITHIN = wp.constant(wp.float64(1000.0))  # samples within a step, so that launches stay short
 SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that the numbers are broken
 EVENT_TIME = wp.constant(wp.float64(1e-6))  # s; events are located to this
@@ -39,29 +37,13 @@ TAKEN, REJECTED, LOCATING = (wp.constant(i) for i in range(3))  # what became of
 RUNNING, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, End.NOT_FINITE))
 
 
-@cache
-def build_stride(method: Method) -> wp.Function:
-    """Make the function that says how long the next step is to be (s), and when it ends, with a sample ``due``."""
-    landing = method.course is None
-
-    @wp.func
-    def stride(schedule: Schedule, control: Control, due: wp.float64, now: wp.float64, step: wp.float64):
-        wanted = wp.min(step, control.longest)
-        end = due
-        if wp.static(not landing):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
-            if schedule.interval < SPARSE * wanted:
-                wanted = wp.min(wanted, MOST_WITHIN * schedule.interval)
-                end = schedule.duration
-                if end - now >= TWO * wanted:
-                    return wanted, now + wanted
-        # equal steps to the sample, so that landing on it never costs a tiny one
-        count = wp.ceil((end - now) / wanted)
-        dt = (end - now) / count
-        if count == ONE:
-            return dt, end
-        return dt, now + dt
-
-    return stride
+@wp.func
+def within_reach(schedule: Schedule, sample: int, due: wp.float64, reach: wp.float64) -> wp.float64:
+    """When the last sample is due (s) that a step can reach; or the next one, where that is too far."""
+    if due + schedule.interval > reach:
+        return due
+    further = wp.min(wp.floor((reach - due) / schedule.interval), MOST_WITHIN)
+    return sample_time(schedule, sample + int(further))
 
 
 @cache
@@ -73,7 +55,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
     """
     drive_type, pose_model, medium = system.drive_type, system.pose, system.medium
     load, balance, trial = build_load(system.magnet), build_balance(medium.response), method.build(system)
-    stride = build_stride(method)
+    dense = method.course is not None
     surroundings_type, here_type, local = medium.surroundings_type, medium.here_type, medium.local
     rescaled = build_rescaled(method.error_order, method.safety)
     growth = wp.constant(wp.float64(method.growth))
@@ -89,6 +71,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         control: Control,
         bounds: Bounds,
         schedule: Schedule,
+        sample: int,
         due: wp.float64,
         now: wp.float64,
         step: wp.float64,
@@ -97,8 +80,16 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         k0: State,
         kept: wp.array(dtype=State),
     ):
-        dt, t = stride(schedule, control, due, now, step)
-        new, error = trial(body, here, drive, magnets, control, now, dt, state, k0, kept)
+        end = due
+        if wp.static(dense):
+            end = within_reach(schedule, sample, due, now + wp.min(step, control.longest))
+        # equal steps to the sample, so that landing on it never costs a tiny one
+        count = wp.ceil((end - now) / wp.min(step, control.longest))
+        dt = (end - now) / count
+        t = now + dt
+        if count == ONE:
+            t = end
+        new, error = trial(body, here, drive, magnets, control, now, dt, state, k0, kept, due < t)
         lag = wp.vec2d()
         if not error <= ONE:
             shorter = wp.min(rescaled(dt, error), HALF * dt)
@@ -145,11 +136,14 @@ def build_looked(system: System) -> wp.Function:
 
 
 @wp.func
-def begun(before: Statistics, sample: int, t: wp.float64, state: State) -> Statistics:
-    """The statistics that a launch goes on with: new ones where the run begins."""
-    if sample == 0:
-        return statistics_from(t, state)
-    return before
+def begun(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
+    """The progress that a launch goes on with: where a run begins, with new statistics, and what is due recorded."""
+    p = before
+    if p.sample == 0:
+        p.statistics = statistics_from(p.time, p.state)
+    if p.time >= sample_time(schedule, p.sample):
+        p = recorded(p, schedule, run, records)
+    return p
 
 
 @cache
@@ -160,23 +154,19 @@ def build_until(system: System, method: Method) -> wp.Function:
     steps between two nodes of that turn; none where there is none. Steps are noted in place: a function of the whole
     progress would copy it at each, some percent of the time.
     """
-    attempt, looked, leaping = build_attempt(system, method), build_looked(system), method.leaps
-    dense = method.course is not None
+    attempt, looked, columns_type = build_attempt(system, method), build_looked(system), build_columns(system)
+    dense, leaping, touched = method.course is not None, method.leaps, system.medium.touched
     within = build_within(system, method) if dense else None
     asked, watched = _asking_parts() if leaping else (None, None)
-    touched, columns_type = system.medium.touched, build_columns(system)
 
     @wp.func
     def until(runs: columns_type, run: int, most: int):
         p = runs.progress[run]
         body, around, drive, rpm = runs.bodies[run], runs.surroundings[run], runs.drives[run], runs.magnets[run]
         control, bound, schedule, left, fine = runs.controls[run], runs.bounds[run], runs.schedules[run], most, int(0)
-        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
-        kept = wp.zeros(shape=KEPT, dtype=State)
+        sheets, kept = wp.zeros(shape=SHEETS, dtype=Sheet), wp.zeros(shape=KEPT, dtype=State)
         here, k0 = looked(body, around, sheets, drive, rpm, p)
-        p.statistics = begun(p.statistics, p.sample, p.time, p.state)
-        if p.time >= sample_time(schedule, p.sample):
-            p = recorded(p, schedule, run, runs.records)
+        p = begun(p, schedule, run, runs.records)
         while left > 0 and p.status == RUNNING and fine == 0:
             if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
                 if p.time >= p.leap.ready:
@@ -186,18 +176,22 @@ def build_until(system: System, method: Method) -> wp.Function:
             if fine == 0 and p.time < due and (wp.static(not leaping) or p.time < p.leap.ready):
                 climb = k0[2]
                 outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
-                    body, around, sheets, here, drive, rpm, control, bound, schedule, due, p.time, p.step, p.state,
-                    p.middle, k0, kept
+                    body, around, sheets, here, drive, rpm, control, bound, schedule, p.sample, due, p.time, p.step,
+                    p.state, p.middle, k0, kept
                 )  # fmt: skip
                 if outcome == TAKEN:
                     since = dt
                     if wp.static(dense):  # noqa: SIM102 - likewise
                         if due < t:
-                            left += p.sample // STAGES
                             runs.progress[run] = p
-                            climb, since = within(runs, run, dt, t, kept)
-                            p = runs.progress[run]
-                            left -= p.sample // STAGES
+                            climb, since, samples = within(runs, run, dt, t, kept)
+                            left -= samples // STAGES
+                            p.sample = runs.progress[run].sample  # all of the progress would cost each step time
+                            p.synchrony = runs.progress[run].synchrony
+                            p.statistics = runs.progress[run].statistics
+                            if wp.static(touched is not None):
+                                p.touches = runs.progress[run].touches
+                            p.leap.ready = runs.progress[run].leap.ready
                             due = sample_time(schedule, p.sample)
                     p.synchrony = synchrony_with(p.synchrony, lag)
                     p.statistics = stepped_with(p.statistics, since, climb, new, k0[2])
@@ -208,8 +202,7 @@ def build_until(system: System, method: Method) -> wp.Function:
                         p.touches = touches_with(p.touches, touched(here, new, k0), t, since)
                     if wp.static(leaping):
                         p.leap = watched(p.leap, drive.spin_rate, t, lag)
-                elif outcome == REJECTED:
-                    p.rejected += wp.int64(1)
+                p.rejected += wp.where(outcome == REJECTED, wp.int64(1), wp.int64(0))
                 p.step = step
                 p.middle = middle
                 p.status = status

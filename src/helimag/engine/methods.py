@@ -39,9 +39,9 @@ class Method:
     error_order
         Power of the step with which the error estimate falls.
     build
-        ``build(system)`` makes the Warp function ``trial(body, here, drive, magnets, control, t, h, state, k0, kept)``:
-        the state after a step of ``h`` (s) from ``state``, whose rates are ``k0``; and its error in units of the
-        tolerance. What ``course`` needs to know of the step it may leave in ``kept``, an array of states.
+        ``build(system)`` makes the Warp function ``trial(body, here, drive, magnets, control, t, h, state, k0, kept,
+        keep)``: the state after a step of ``h`` (s) from ``state``, whose rates are ``k0``; and its error in units of
+        the tolerance. Where it is to ``keep`` them, it leaves in ``kept``, an array, the rates that ``course`` asks for.
     safety
         Share of the step that would just meet the tolerance to try next.
     growth
@@ -92,14 +92,16 @@ def build_dop853(system: System) -> wp.Function:
         state: State,
         k0: State,
         kept: wp.array(dtype=State),
+        keep: bool,
     ):
         k = Stages()
         k[0] = k0
-        kept[0] = k0
         for i in range(1, STAGES):
             stage = state + h * wp.static(argument[i])(k)
             k[i] = rates(body, here, drive, magnets, t + wp.static(times[i]) * h, stage)
-            kept[i] = k[i]
+        if keep:
+            for i in range(STAGES):
+                kept[i] = k[i]
         return normalized(state + h * result(k)), blended_error(low(k), high(k), h, control)
 
     return trial

@@ -36,8 +36,8 @@ def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d
 def build_within(system: System, method: Method) -> wp.Function:
     """Make the function that records the samples due within a step of ``h`` (s) up to ``end``, before that.
 
-    Each is seen as the end of a step would be: slips, statistics, contacts. It returns the progress, which stands at the
-    last of these samples; the climb (m/s) there, and how long it is to the step's end (s).
+    Each is seen as a step's end would be: slips, statistics, contacts. Where the last of them leaves the run is put
+    down in ``runs``. It returns the climb (m/s) there, the time from there to the step's end (s), and their number.
     """
     load, balance, pose_model = build_load(system.magnet), build_balance(system.medium.response), system.pose
     local, touched, columns_type = system.medium.local, system.medium.touched, build_columns(system)
@@ -52,6 +52,7 @@ def build_within(system: System, method: Method) -> wp.Function:
         here = local(runs.surroundings[run], head_position(p.middle), rotation_matrix(p.middle), sheets)
         course = course_of(body, here, drive, rpm, p.time, h, p.state, kept)
         climb = kept[0][2]
+        samples = int(0)
         due = sample_time(schedule, p.sample)
         while due < end:
             p.state = state_at(course, due)
@@ -66,11 +67,12 @@ def build_within(system: System, method: Method) -> wp.Function:
             if wp.static(method.leaps):
                 p.leap = watched(p.leap, drive.spin_rate, due, lag)
             climb = rates[2]
+            samples += 1
             p.time = due
             p = recorded(p, schedule, run, runs.records)
             due = sample_time(schedule, p.sample)
         runs.progress[run] = p
-        return climb, end - p.time
+        return climb, end - p.time, samples
 
     return within
 

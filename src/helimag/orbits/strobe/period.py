@@ -110,7 +110,7 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
             t = passage.begin + wp.float64(k) * dt
             here = local(surroundings[passage.problem], head_position(state), rotation_matrix(state), sheets)
             k0 = balance(body, here, state, force, field)
-            state, error = trial(body, here, drive, magnets[passage.problem], control, t, dt, state, k0, kept)
+            state, error = trial(body, here, drive, magnets[passage.problem], control, t, dt, state, k0, kept, False)
             t += dt
             moving = to_moving(drive, t, state)
             if not free:
