@@ -41,7 +41,7 @@ class Method:
     build
         ``build(system)`` makes the Warp function ``trial(body, here, drive, magnets, control, t, h, state, k0, kept,
         keep)``: the state after a step of ``h`` (s) from ``state``, whose rates are ``k0``; and its error in units of
-        the tolerance. Where it is to ``keep`` them, it leaves in ``kept``, an array, the rates that ``course`` asks for.
+        the tolerance. Where it is to ``keep`` what ``course`` asks for, it leaves that in ``kept``, an array of states.
     safety
         Share of the step that would just meet the tolerance to try next.
     growth
