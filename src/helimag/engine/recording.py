@@ -50,7 +50,7 @@ def build_within(system: System, method: Method) -> wp.Function:
         body, drive, rpm, schedule = runs.bodies[run], runs.drives[run], runs.magnets[run], runs.schedules[run]
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         here = local(runs.surroundings[run], head_position(p.middle), rotation_matrix(p.middle), sheets)
-        course = course_of(body, here, drive, rpm, p.time, h, p.state, kept)
+        course = course_of(body, here, drive, rpm, p.time, h, p.state, kept)  # a copy: time and state move on below
         climb = kept[0][2]
         samples = int(0)
         due = sample_time(schedule, p.sample)
