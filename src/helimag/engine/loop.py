@@ -30,6 +30,7 @@ from helimag.physics.magnetics import FieldSource
 ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
+REACH = wp.constant(wp.float64(0.8))  # of a step, for samples: within one they are a power less exact than at its end
 MOST_WITHIN = wp.constant(wp.float64(1000.0))  # samples within a step, so that launches stay short
 SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that the numbers are broken
 EVENT_TIME = wp.constant(wp.float64(1e-6))  # s; events are located to this
@@ -82,7 +83,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
     ):
         end = due
         if wp.static(dense):
-            end = within_reach(schedule, sample, due, now + wp.min(step, control.longest))
+            end = within_reach(schedule, sample, due, now + REACH * wp.min(step, control.longest))
         # equal steps to the sample, so that landing on it never costs a tiny one
         count = wp.ceil((end - now) / wp.min(step, control.longest))
         dt = (end - now) / count
@@ -191,7 +192,6 @@ def build_until(system: System, method: Method) -> wp.Function:
                             p.statistics = runs.progress[run].statistics
                             if wp.static(touched is not None):
                                 p.touches = runs.progress[run].touches
-                            p.leap.ready = runs.progress[run].leap.ready
                             due = sample_time(schedule, p.sample)
                     p.synchrony = synchrony_with(p.synchrony, lag)
                     p.statistics = stepped_with(p.statistics, since, climb, new, k0[2])

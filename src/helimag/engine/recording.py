@@ -36,13 +36,13 @@ def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d
 def build_within(system: System, method: Method) -> wp.Function:
     """Make the function that records the samples due within a step of ``h`` (s) up to ``end``, before that.
 
-    Each is seen as a step's end would be: slips, statistics, contacts. Where the last of them leaves the run is put
-    down in ``runs``. It returns the climb (m/s) there, the time from there to the step's end (s), and their number.
+    Each is seen as a step's end would be: slips, statistics, contacts; not so events, and whether to leap. Where the
+    last of them leaves the run is put down in ``runs``. It returns the climb (m/s) there, the time from there to the
+    step's end (s), and their number.
     """
     load, balance, pose_model = build_load(system.magnet), build_balance(system.medium.response), system.pose
     local, touched, columns_type = system.medium.local, system.medium.touched, build_columns(system)
     course_of = method.course(system) if method.course is not None else None
-    watched = _watching() if method.leaps else None
 
     @wp.func
     def within(runs: columns_type, run: int, h: wp.float64, end: wp.float64, kept: wp.array(dtype=State)):
@@ -58,14 +58,11 @@ def build_within(system: System, method: Method) -> wp.Function:
             p.state = state_at(course, due)
             field, force = load(rpm, pose_model(drive, due), head_position(p.state), moment_of(body, p.state))
             rates = balance(body, here, p.state, force, field)
-            lag = lag_vector(field, p.state)
             since = due - p.time
-            p.synchrony = synchrony_with(p.synchrony, lag)
+            p.synchrony = synchrony_with(p.synchrony, lag_vector(field, p.state))
             p.statistics = stepped_with(p.statistics, since, climb, p.state, rates[2])
             if wp.static(touched is not None):
                 p.touches = touches_with(p.touches, touched(here, p.state, rates), due, since)
-            if wp.static(method.leaps):
-                p.leap = watched(p.leap, drive.spin_rate, due, lag)
             climb = rates[2]
             samples += 1
             p.time = due
@@ -75,10 +72,3 @@ def build_within(system: System, method: Method) -> wp.Function:
         return climb, end - p.time, samples
 
     return within
-
-
-def _watching() -> wp.Function:
-    """What keeps leaps from beginning too early: imported where runs leap."""
-    from helimag.engine.leaping import watched
-
-    return watched
