@@ -176,6 +176,25 @@ def test_the_kernel_answers_as_the_constrained_balance_does():
 # --------------------------------------------------------------------------------------------------------------- runs
 
 
+def test_a_contact_is_found_at_the_sample_it_begins_before():
+    """The coil's end sinks at W / a up to where that is faster than a wall lets it come: rate times gap."""
+    sinking = tank("9 s", center=0.0, matrix=np.diag([0.1] * 3 + [8e-9] + [6e-6] * 2), floor="-20 mm")
+    fine = sinking.replaced({"run.interval": 0.001})
+    (history,) = advance([fine], method=DOP853)
+    assert history.steps < 0.5 * history.time.size
+    speed, rate = WEIGHT / 0.1, fine.drive.frequency / CLOSING
+    begins = (0.020 - COIL - speed / rate) / speed
+    (touch,) = history.touches
+    assert 0.0 <= touch.first - begins < 0.0011
+    assert touch.total == pytest.approx(9.0 - begins, abs=0.002)
+    pressed = history.time[history.records["walls"] != 0]
+    assert pressed[0] - 0.001 < touch.first <= pressed[0] + 1e-12
+    gap = history.states[:, 2] - TAIL * body_rotations(history.states[:, 3:])[:, 2, 0] - COIL + 0.020
+    since = history.time - begins
+    closed = speed * np.where(since < 0.0, 1.0 / rate - since, np.exp(-rate * np.maximum(since, 0.0)) / rate)
+    np.testing.assert_allclose(gap, closed, rtol=0.0, atol=2e-8)
+
+
 @pytest.mark.parametrize("box", [{"floor": "-20 mm"}, {"surface": "20 mm"}])
 def test_a_device_at_rest_does_not_creep(box):
     """Both ends on the floor, or at the surface: where their balls touch, for ten minutes, to the last picometre."""

@@ -19,9 +19,9 @@ from helimag.engine import running as running_module
 from helimag.engine.control import scaled_square
 from helimag.engine.events import pack_bounds
 from helimag.engine.kernels import ready
-from helimag.engine.methods import weighted_sum
 from helimag.engine.observe import build_observe
 from helimag.engine.packing import pack_bodies, pack_magnets
+from helimag.engine.stages import weighted_sum
 from helimag.outcomes import End
 from helimag.physics.balance import Sheet, Swimmer
 from helimag.physics.kinematics import State, normalized
@@ -78,6 +78,8 @@ def build_rk4(system):
         h: wp.float64,
         state: State,
         k0: State,
+        kept: wp.array(dtype=State),
+        keep: bool,
     ):
         whole = step(body, around, drive, magnets, t, h, state, k0)
         middle = step(body, around, drive, magnets, t, HALF * h, state, k0)

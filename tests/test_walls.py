@@ -168,6 +168,17 @@ def test_runs_near_walls_leap_as_exactly_as_they_step():
         np.testing.assert_allclose(leaping.records[name], exact.records[name], rtol=0.0, atol=2e-9)
 
 
+def test_samples_within_steps_near_walls_are_exact():
+    """Beside a run that ends a step at each: what is around the device is that of the step, looked up again."""
+    climbing = swimming(**{"drive.velocity": (0.0, 0.0, 1e-4), "run.duration": 10.0, "run.interval": 0.05})
+    (fine,) = advance([climbing.replaced({"run.interval": 0.001})], method=DOP853)
+    (exact,) = advance([climbing], method=DOP853, tolerance=1e-11)
+    assert fine.steps < 0.2 * fine.time.size
+    away = np.abs(fine.states[::50] - exact.states)
+    assert away[:, :3].max() < 2e-9
+    assert away[:, 3:].max() < 1e-5
+
+
 def test_no_leaps_where_the_drive_leaves_the_walls_behind():
     """In the frame of a drive that climbs, floor and surface sink."""
     climbing = swimming(**{"drive.velocity": (0.0, 0.0, 1e-4), "run.duration": 10.0})
@@ -180,12 +191,13 @@ def test_no_leaps_where_the_drive_leaves_the_walls_behind():
 
 def test_runs_near_walls_do_not_depend_on_where_launches_end(monkeypatch):
     """Going on looks at walls from where they were looked at before, which is no place of the run."""
-    run = swimming(**{"drive.velocity": (0.0, 0.0, 1e-4), "run.duration": 10.0})
-    (whole,) = advance([run])
+    climbing = swimming(**{"drive.velocity": (0.0, 0.0, 1e-4), "run.duration": 10.0})
+    runs = [climbing, climbing.replaced({"run.interval": 0.005})]  # of the other one, samples lie within steps
+    wholes = advance(runs)
     monkeypatch.setattr(running, "FIRST_BUDGET", 7)
     monkeypatch.setattr(running, "LAUNCH_SECONDS", 1e-5)
-    (cut,) = advance([run])
-    np.testing.assert_array_equal(cut.records, whole.records)
+    for cut, whole in zip(advance(runs), wholes, strict=True):
+        np.testing.assert_array_equal(cut.records, whole.records)
 
 
 def brenner(distance, radius, terms=60):

@@ -9,6 +9,7 @@ watched), ``loop`` (the kernel), ``batch`` and ``running`` (launches on threads)
 from helimag.engine.accuracy import Accuracy, accuracy_of, refined
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.control import Control
+from helimag.engine.dense import KEPT
 from helimag.engine.events import FALL_LIMIT
 from helimag.engine.history import History
 from helimag.engine.kernels import ready
@@ -41,6 +42,7 @@ __all__ = [
     "DEFAULT",
     "DOP853",
     "FALL_LIMIT",
+    "KEPT",
     "MAGNET_MODELS",
     "METHODS",
     "MULTIREVOLUTION",

@@ -11,19 +11,13 @@ import warp as wp
 
 from helimag.engine.columns import build_columns
 from helimag.engine.control import Control, build_rescaled
+from helimag.engine.dense import KEPT, STAGES
 from helimag.engine.events import Bounds, clearance
 from helimag.engine.methods import Method
 from helimag.engine.moving import gone_on
 from helimag.engine.progress import Progress
-from helimag.engine.samples import (
-    Record,
-    Schedule,
-    Statistics,
-    record_of,
-    sample_time,
-    statistics_from,
-    stepped_with,
-)
+from helimag.engine.recording import build_within, recorded
+from helimag.engine.samples import Record, Schedule, sample_time, statistics_from, stepped_with
 from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load, build_rates, clear_of_walls, leaps_hold
 from helimag.engine.touches import touches_with
@@ -36,23 +30,35 @@ from helimag.physics.magnetics import FieldSource
 ZERO = wp.constant(wp.float64(0.0))
 HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
+REACH = wp.constant(wp.float64(0.8))  # of a step, for samples: within one they are a power less exact than at its end
+MOST_WITHIN = wp.constant(wp.float64(1000.0))  # samples within a step, so that launches stay short
 SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that the numbers are broken
 EVENT_TIME = wp.constant(
     wp.float64(1e-9)
 )  # s; events are located to this, since a device falls into the magnet at metres a second
 TAKEN, REJECTED, LOCATING = (wp.constant(i) for i in range(3))  # what became of a trial step
-RUNNING, HORIZON, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, End.HORIZON, End.NOT_FINITE))
+RUNNING, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, End.NOT_FINITE))
+
+
+@wp.func
+def within_reach(schedule: Schedule, sample: int, due: wp.float64, reach: wp.float64) -> wp.float64:
+    """When the last sample is due (s) that a step can reach; or the next one, where that is too far."""
+    if due + schedule.interval > reach:
+        return due
+    further = wp.min(wp.floor((reach - due) / schedule.interval), MOST_WITHIN)
+    return sample_time(schedule, sample + int(further))
 
 
 @cache
 def build_attempt(system: System, method: Method) -> wp.Function:
-    """Make the function that tries one step towards ``end`` (s), under error control and with an eye on events.
+    """Make the function that tries one step towards a sample, under error control and with an eye on events.
 
     It returns whether the step was taken, how long it was, the time, the step to try next, the state, the middle of the
     next step with what is around it, rates and lag vector, and the run's status.
     """
     drive_type, pose_model, medium = system.drive_type, system.pose, system.medium
     load, balance, trial = build_load(system.magnet), build_balance(medium.response), method.build(system)
+    dense = method.course is not None
     surroundings_type, here_type, local = medium.surroundings_type, medium.here_type, medium.local
     rescaled = build_rescaled(method.error_order, method.safety)
     growth = wp.constant(wp.float64(method.growth))
@@ -67,25 +73,31 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         magnets: wp.array(dtype=FieldSource),
         control: Control,
         bounds: Bounds,
-        end: wp.float64,
+        schedule: Schedule,
+        sample: int,
+        due: wp.float64,
         now: wp.float64,
         step: wp.float64,
         state: State,
         middle: State,
         k0: State,
+        kept: wp.array(dtype=State),
     ):
+        end = due
+        if wp.static(dense):
+            end = within_reach(schedule, sample, due, now + REACH * wp.min(step, control.longest))
         # equal steps to the sample, so that landing on it never costs a tiny one
         count = wp.ceil((end - now) / wp.min(step, control.longest))
         dt = (end - now) / count
-        new, error = trial(body, here, drive, magnets, control, now, dt, state, k0)
+        t = now + dt
+        if count == ONE:
+            t = end
+        new, error = trial(body, here, drive, magnets, control, now, dt, state, k0, kept, due < t)
         lag = wp.vec2d()
         if not error <= ONE:
             shorter = wp.min(rescaled(dt, error), HALF * dt)
             broken = wp.where(shorter < SHORTEST, NOT_FINITE, RUNNING)
             return REJECTED, dt, now, shorter, state, middle, here, k0, lag, broken
-        t = now + dt
-        if count == ONE:
-            t = end
         pose = pose_model(drive, t)
         least, kind = clearance(bounds, magnets, pose, new)
         if least < ZERO and dt > EVENT_TIME:
@@ -127,23 +139,13 @@ def build_looked(system: System) -> wp.Function:
 
 
 @wp.func
-def begun(before: Statistics, sample: int, t: wp.float64, state: State) -> Statistics:
-    """The statistics that a launch goes on with: new ones where the run begins."""
-    if sample == 0:
-        return statistics_from(t, state)
-    return before
-
-
-@wp.func
-def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
-    """The progress once the sample that is due, or the run's end, is recorded."""
+def begun(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
+    """The progress that a launch goes on with: where a run begins, with new statistics, and what is due recorded."""
     p = before
-    records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips, p.touches.lately)
-    p.statistics = statistics_from(p.time, p.state)
-    p.touches.lately = wp.int32(0)
-    p.sample += 1
-    if p.status == RUNNING and p.time >= schedule.duration:
-        p.status = HORIZON
+    if p.sample == 0:
+        p.statistics = statistics_from(p.time, p.state)
+    if p.time >= sample_time(schedule, p.sample):
+        p = recorded(p, schedule, run, records)
     return p
 
 
@@ -155,48 +157,59 @@ def build_until(system: System, method: Method) -> wp.Function:
     steps between two nodes of that turn; none where there is none. Steps are noted in place: a function of the whole
     progress would copy it at each, some percent of the time.
     """
-    attempt, looked, leaping = build_attempt(system, method), build_looked(system), method.leaps
+    attempt, looked, columns_type = build_attempt(system, method), build_looked(system), build_columns(system)
+    dense, leaping, touched = method.course is not None, method.leaps, system.medium.touched
+    within = build_within(system, method) if dense else None
     asked, watched = _asking_parts() if leaping else (None, None)
-    touched, columns_type = system.medium.touched, build_columns(system)
 
     @wp.func
     def until(runs: columns_type, run: int, most: int):
         p = runs.progress[run]
         body, around, drive, rpm = runs.bodies[run], runs.surroundings[run], runs.drives[run], runs.magnets[run]
         control, bound, schedule, left, fine = runs.controls[run], runs.bounds[run], runs.schedules[run], most, int(0)
-        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+        sheets, kept = wp.zeros(shape=SHEETS, dtype=Sheet), wp.zeros(shape=KEPT, dtype=State)
         here, k0 = looked(body, around, sheets, drive, rpm, p)
-        p.statistics = begun(p.statistics, p.sample, p.time, p.state)
-        if p.time >= sample_time(schedule, p.sample):
-            p = recorded(p, schedule, run, runs.records)
+        p = begun(p, schedule, run, runs.records)
         while left > 0 and p.status == RUNNING and fine == 0:
             if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
                 if p.time >= p.leap.ready:
                     p, fine = asked(body, drive, rpm, control, bound, schedule, runs.memory, run, p)
                     left -= NODES
-            end = sample_time(schedule, p.sample)
-            if fine == 0 and p.time < end and (wp.static(not leaping) or p.time < p.leap.ready):
+            due = sample_time(schedule, p.sample)
+            if fine == 0 and p.time < due and (wp.static(not leaping) or p.time < p.leap.ready):
                 climb = k0[2]
                 outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
-                    body, around, sheets, here, drive, rpm, control, bound, end, p.time, p.step, p.state, p.middle, k0
-                )
-                p.step = step
-                p.middle = middle
-                p.status = status
+                    body, around, sheets, here, drive, rpm, control, bound, schedule, p.sample, due, p.time, p.step,
+                    p.state, p.middle, k0, kept
+                )  # fmt: skip
                 if outcome == TAKEN:
+                    since = dt
+                    if wp.static(dense):  # noqa: SIM102 - likewise
+                        if due < t:
+                            runs.progress[run] = p
+                            climb, since, samples = within(runs, run, dt, t, kept)
+                            left -= samples // STAGES
+                            p.sample = runs.progress[run].sample  # all of the progress would cost each step time
+                            p.synchrony = runs.progress[run].synchrony
+                            p.statistics = runs.progress[run].statistics
+                            if wp.static(touched is not None):
+                                p.touches = runs.progress[run].touches
+                            due = sample_time(schedule, p.sample)
                     p.synchrony = synchrony_with(p.synchrony, lag)
-                    p.statistics = stepped_with(p.statistics, dt, climb, new, k0[2])
+                    p.statistics = stepped_with(p.statistics, since, climb, new, k0[2])
                     p.time = t
                     p.state = new
                     p.steps += wp.int64(1)
                     if wp.static(touched is not None):
-                        p.touches = touches_with(p.touches, touched(here, new, k0), t, dt)
+                        p.touches = touches_with(p.touches, touched(here, new, k0), t, since)
                     if wp.static(leaping):
                         p.leap = watched(p.leap, drive.spin_rate, t, lag)
-                elif outcome == REJECTED:
-                    p.rejected += wp.int64(1)
+                p.rejected += wp.where(outcome == REJECTED, wp.int64(1), wp.int64(0))
+                p.step = step
+                p.middle = middle
+                p.status = status
                 left -= 1
-                if p.time >= end or p.status != RUNNING:
+                if p.time >= due or p.status != RUNNING:
                     p = recorded(p, schedule, run, runs.records)
         runs.progress[run] = p
         return left, fine

@@ -8,27 +8,24 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 
-import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
 from helimag.engine import tableau
 from helimag.engine.control import Control, scaled_square
+from helimag.engine.dense import build_course
+from helimag.engine.stages import STAGES, Stages, weighted_sum
 from helimag.engine.system import System, build_rates
 from helimag.errors import InputError
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import State, normalized
 from helimag.physics.magnetics import FieldSource
 
-STAGES = tableau.STAGES
 LOW_SHARE = wp.constant(wp.float64(0.01))  # of the order-3 estimate in DOP853's blend
 COMPONENTS = wp.constant(wp.float64(7.0))
 ZERO = wp.constant(wp.float64(0.0))
 # fewest trial steps on the reference runs (benchmarks/step_control.py)
 SAFETY = 0.8
 GROWTH = 1.1
-
-Stages = wp.types.matrix(shape=(STAGES, 7), dtype=wp.float64)  # the rates at each stage of a step
 
 
 @dataclass(frozen=True)
@@ -42,14 +39,18 @@ class Method:
     error_order
         Power of the step with which the error estimate falls.
     build
-        ``build(system)`` makes the Warp function ``trial(body, here, drive, magnets, control, t, h, state, k0)``: the
-        state after a step of ``h`` (s) from ``state``, whose rates are ``k0``; and its error in units of the tolerance.
+        ``build(system)`` makes the Warp function ``trial(body, here, drive, magnets, control, t, h, state, k0, kept,
+        keep)``: the state after a step of ``h`` (s) from ``state``, whose rates are ``k0``; and its error in units of
+        the tolerance. Where it is to ``keep`` what ``course`` asks for, it leaves that in ``kept``, an array of states.
     safety
         Share of the step that would just meet the tolerance to try next.
     growth
         By how much a step may be longer than the one before.
     leaps
         Whether runs leap over turns of the magnet where that holds, see :mod:`helimag.engine.leaping`.
+    course
+        ``course(system)`` makes the function that gives the states within a step, see
+        :func:`helimag.engine.dense.build_course`; without one, steps end where samples are due.
     """
 
     name: str
@@ -58,22 +59,7 @@ class Method:
     safety: float = SAFETY
     growth: float = GROWTH
     leaps: bool = False
-
-
-def weighted_sum(weights: NDArray[np.float64]) -> wp.Function:
-    """Make the function that sums a step's stages with these weights, left to right; absent ones cost nothing."""
-    used = np.flatnonzero(weights).tolist()
-    factors = [wp.float64(float(weights[j])) for j in used]
-    count = len(used)
-
-    @wp.func
-    def total(k: Stages) -> State:
-        result = wp.static(factors[0]) * k[wp.static(used[0])]
-        for i in range(1, wp.static(count)):
-            result += wp.static(factors[i]) * k[wp.static(used[i])]
-        return result
-
-    return total
+    course: Callable[[System], wp.Function] | None = None
 
 
 @wp.func
@@ -105,18 +91,23 @@ def build_dop853(system: System) -> wp.Function:
         h: wp.float64,
         state: State,
         k0: State,
+        kept: wp.array(dtype=State),
+        keep: bool,
     ):
         k = Stages()
         k[0] = k0
         for i in range(1, STAGES):
             stage = state + h * wp.static(argument[i])(k)
             k[i] = rates(body, here, drive, magnets, t + wp.static(times[i]) * h, stage)
+        if keep:
+            for i in range(STAGES):
+                kept[i] = k[i]
         return normalized(state + h * result(k)), blended_error(low(k), high(k), h, control)
 
     return trial
 
 
-DOP853 = Method("DOP853", 8, build_dop853)
+DOP853 = Method("DOP853", 8, build_dop853, course=build_course)
 MULTIREVOLUTION = replace(DOP853, name="DOP853, multi-revolution", leaps=True)
 METHODS = {"multirevolution": MULTIREVOLUTION, "direct": DOP853}
 DEFAULT = "multirevolution"  # benchmarks/random_runs.py says where it holds

@@ -36,3 +36,8 @@ B: Floats = _found.B
 C: Floats = _found.C[:STAGES]
 E3: Floats = _found.E3
 E5: Floats = _found.E5
+# dense output: the step's end as a stage and three more, and what makes a polynomial of all
+EXTENDED: int = _found.N_STAGES_EXTENDED
+A_MORE: Floats = _found.A[STAGES:]
+C_MORE: Floats = _found.C[STAGES:]
+D: Floats = _found.D

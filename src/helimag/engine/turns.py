@@ -10,8 +10,8 @@ from functools import cache
 import warp as wp
 
 from helimag.engine import tableau
-from helimag.engine.methods import STAGES, Stages, weighted_sum
 from helimag.engine.moving import frame_rates, gone_on
+from helimag.engine.stages import STAGES, Stages, weighted_sum
 from helimag.engine.synchrony import lag_vector
 from helimag.engine.system import System, build_balance, build_load
 from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of

@@ -8,7 +8,18 @@ from functools import cache
 
 import warp as wp
 
-from helimag.engine import Control, Method, System, build_balance, build_load, lag_vector, shifted, to_lab, to_moving
+from helimag.engine import (
+    KEPT,
+    Control,
+    Method,
+    System,
+    build_balance,
+    build_load,
+    lag_vector,
+    shifted,
+    to_lab,
+    to_moving,
+)
 from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
 from helimag.physics.kinematics import ArmMotion, State, attack_angle, head_position, rotation_matrix, rpm_pose
 from helimag.physics.magnetics import FieldSource
@@ -83,6 +94,7 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
         control.length = ONE
         start = states[i]
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
+        kept = wp.zeros(shape=KEPT, dtype=State)
         dt = (passage.end - passage.begin) / wp.float64(passage.steps)
         weight = ONE / wp.float64(passage.steps)
         state = to_lab(drive, passage.begin, start)
@@ -98,7 +110,7 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
             t = passage.begin + wp.float64(k) * dt
             here = local(surroundings[passage.problem], head_position(state), rotation_matrix(state), sheets)
             k0 = balance(body, here, state, force, field)
-            state, error = trial(body, here, drive, magnets[passage.problem], control, t, dt, state, k0)
+            state, error = trial(body, here, drive, magnets[passage.problem], control, t, dt, state, k0, kept, False)
             t += dt
             moving = to_moving(drive, t, state)
             if not free:
