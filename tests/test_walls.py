@@ -11,7 +11,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import brentq
 
 import helimag as hm
-from helimag.engine import DOP853, advance, running, system_of, walls
+from helimag.engine import DOP853, MULTIREVOLUTION, advance, running, system_of, walls
+from helimag.engine.batch import Stepping, fits_lanes, goes_abreast
 from helimag.engine.packing import pack_bodies
 from helimag.engine.system import frame_moves
 from helimag.geometry import body_rotations
@@ -166,6 +167,21 @@ def test_runs_near_walls_leap_as_exactly_as_they_step():
         assert np.linalg.norm(history.states[:, :3] - exact.states[:, :3], axis=1).max() < 2e-9
     for name in ("low", "high"):
         np.testing.assert_allclose(leaping.records[name], exact.records[name], rtol=0.0, atol=2e-9)
+
+
+@pytest.mark.parametrize("other", [{"drive.distance": 0.175}, {"magnet.height": 0.1}], ids=["lanes", "no lanes"])
+def test_runs_near_walls_have_the_bits_that_each_has_alone(other):
+    """Samples of leaps are worked out in lanes, but for a batch whose magnets are cut otherwise."""
+    runs = [swimming(), swimming(**other)]
+    settings = Stepping(MULTIREVOLUTION)
+    assert fits_lanes(system_of(runs[0]), runs[:1], settings)
+    assert fits_lanes(system_of(runs[0]), runs, settings) is ("drive.distance" in other)
+    assert not goes_abreast(system_of(runs[0]), runs, settings)
+    together = advance(runs, threads=1)
+    for run, history in zip(runs, together, strict=True):
+        (alone,) = advance([run])
+        assert alone.leapt > 0.5
+        assert alone.records.tobytes() == history.records.tobytes()
 
 
 def test_no_leaps_where_the_drive_leaves_the_walls_behind():

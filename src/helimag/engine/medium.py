@@ -56,6 +56,8 @@ class Medium:
     clear, beyond
         The same medium as long as the device keeps clear of walls that hold, None for itself; and
         ``beyond(surroundings)``: what surrounds the device then.
+    lanes
+        Whether ``response`` is known to be said over lanes, see :mod:`helimag.engine.lanes`.
     """
 
     response: wp.Function = open_water
@@ -65,6 +67,7 @@ class Medium:
     alike: Alike = Alike.NOWHERE
     clear: "Medium | None" = None
     beyond: wp.Function = unheld
+    lanes: bool = False
 
     @property
     def surroundings_type(self) -> Any:
@@ -77,4 +80,4 @@ class Medium:
         return self.response.input_types["here"]
 
 
-OPEN_WATER = Medium(alike=Alike.EVERYWHERE)
+OPEN_WATER = Medium(alike=Alike.EVERYWHERE, lanes=True)

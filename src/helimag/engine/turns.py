@@ -189,10 +189,39 @@ def build_spun_step(system: System) -> wp.Function:
 
 
 @cache
+def build_part_step(system: System) -> wp.Function:
+    """Make the function that takes one of ``fine`` equal steps by which the spin turns by ``angle`` in all.
+
+    It returns the state after it, the middle of the next such step, and the spin there.
+    """
+    rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
+    here_type = system.medium.here_type
+
+    @wp.func
+    def part_step(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        spin: wp.vec2d,
+        fine: int,
+        angle: wp.float64,
+        state: State,
+    ):
+        part = angle / wp.float64(fine)
+        h = part / wp.abs(drive.spin_rate)
+        spins = stage_spins(wp.sign(drive.spin_rate) * part)
+        k0, lag = rates(body, here, drive, magnets, spin, state)
+        new = step(body, here, drive, magnets, spin, spins, h, state, k0)
+        return new, gone_on(state, h * k0, new, HALF), spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
+
+    return part_step
+
+
+@cache
 def build_part_turn(system: System) -> wp.Function:
     """Make the function that goes on from a node by an angle of the spin that is less than to the next."""
-    rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
-    around_type, local = system.medium.surroundings_type, system.medium.local
+    part_step, around_type, local = build_part_step(system), system.medium.surroundings_type, system.medium.local
 
     @wp.func
     def part_turn(
@@ -205,20 +234,13 @@ def build_part_turn(system: System) -> wp.Function:
         angle: wp.float64,
         begin: State,
     ) -> State:
-        part = angle / wp.float64(fine)
-        h = part / wp.abs(drive.spin_rate)
-        spins = stage_spins(wp.sign(drive.spin_rate) * part)
         spin = spin_at_node
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         state = begin
         middle = begin
         for _ in range(fine):
             here = local(around, head_position(middle), rotation_matrix(middle), sheets)
-            k0, lag = rates(body, here, drive, magnets, spin, state)
-            new = step(body, here, drive, magnets, spin, spins, h, state, k0)
-            middle = gone_on(state, h * k0, new, HALF)
-            state = new
-            spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
+            state, middle, spin = part_step(body, here, drive, magnets, spin, fine, angle, state)
         return state
 
     return part_turn

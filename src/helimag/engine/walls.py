@@ -100,4 +100,4 @@ def _sheet(matrices: Floats, entries: Sequence[tuple[int, int]]) -> Floats:
     return np.pad(found, [(0, 0)] * (found.ndim - 1) + [(0, Sheet._length_ - found.shape[-1])])
 
 
-NEAR_WALLS = Medium(near_walls, seen_walls, pack_walls, alike=Alike.SIDEWAYS)
+NEAR_WALLS = Medium(near_walls, seen_walls, pack_walls, alike=Alike.SIDEWAYS, lanes=True)
