@@ -12,8 +12,10 @@ from scipy.optimize import brentq
 
 import helimag as hm
 from helimag.engine import DOP853, MULTIREVOLUTION, advance, running, system_of, walls
-from helimag.engine.batch import Stepping, fits_lanes, goes_abreast
+from helimag.engine.batch import Batch, Stepping, fits_lanes, goes_abreast, started
+from helimag.engine.leaps import CORRECTING
 from helimag.engine.packing import pack_bodies
+from helimag.engine.start import start_state
 from helimag.engine.system import frame_moves
 from helimag.geometry import body_rotations
 from helimag.hydrodynamics.boundary import Plane, look_up
@@ -202,6 +204,22 @@ def test_runs_near_walls_do_not_depend_on_where_launches_end(monkeypatch):
     monkeypatch.setattr(running, "LAUNCH_SECONDS", 1e-5)
     (cut,) = advance([run])
     np.testing.assert_array_equal(cut.records, whole.records)
+
+
+def test_runs_near_walls_go_on_between_two_turns_of_a_leap():
+    """What was around the device in the turn that a leap was guessed by is used again in the one that corrects it."""
+    run, settings = swimming(), Stepping(MULTIREVOLUTION)
+    system = system_of(run)
+    first = Batch(system, [run], started(system, [run], start_state(run)[None]), settings)
+    while int(first.histories()[0].progress["leap"]["stage"]) != int(CORRECTING):
+        first.launch(1)
+    (stopped,) = first.histories()
+    assert stopped.status is End.RUNNING
+    assert np.any(stopped.memory["looks"])
+    second = Batch(system, [run], np.array([stopped.progress]), settings, [stopped.records], [stopped.memory])
+    while second.running:
+        second.launch(1000)
+    assert second.histories()[0].records.tobytes() == advance([run])[0].records.tobytes()
 
 
 def brenner(distance, radius, terms=60):

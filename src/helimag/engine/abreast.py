@@ -77,7 +77,7 @@ for (int l = 0; l < {LANES}; ++l) {{
     for (int j = 0; j < rpm.shape[0]; ++j)
         {_gathered("rpm.at[j]", FieldSource, "magnets.data[run * rpm.shape[0] + j]")}
 }}
-const auto found = {turn}(body, around, drive, rpm, asked.tail, asked.spin, fine, asked.start);
+const auto found = {turn}(body, around, 0, 0, drive, rpm, asked.tail, asked.spin, fine, asked.start);
 const {result} all{{found.r0, found.r1, found.r2}};
 for (int l = 0; l < {LANES}; ++l) {{ auto& one = followed.data[lanes.data[l]]; {scattered} }}
 """

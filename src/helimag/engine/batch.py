@@ -185,7 +185,8 @@ class Batch:
                 self._records[run, : known.size].assign(known)
         kept = memories or [{}] * len(scenarios)
         self._leaps = settings.method.leaps
-        memory = pack_memory(kept if self._leaps else (), settings.device)
+        looks = clear_of_walls(system).medium != OPEN_WATER
+        memory = pack_memory(kept if self._leaps else (), settings.device, looks=looks)
         self._remembered = memory_reader(memory)
         self._runs = packed(system, scenarios, settings, self._progress, self._records, memory)
         self._threads, self._room = (1, _room_abreast(len(scenarios))) if abreast else (len(scenarios), [])
