@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 import warp as wp
 
+import helimag as hm
 import oracles
-from helimag.engine import DOP853, system_of
+from helimag.engine import DOP853, advance, system_of
 from helimag.engine.batch import Stepping, packed
 from helimag.engine.loop import build_advance
+from helimag.engine.observe import observed
 from helimag.engine.progress import Progress
 from helimag.engine.samples import Record
 from helimag.engine.structures import structs
@@ -97,6 +99,23 @@ def test_beyond_step_out(frequency):
     assert run.judgement.slips in (slips - 1, slips)
     longer = oracles.run(on_axis_case(step_out, frequency), (slips + 0.5) * period)
     assert longer.judgement.slips == slips
+
+
+@pytest.mark.parametrize(("name", "duration"), [("nose-first/fig3b", 130.0), ("nose-first/fig3c", 150.0)])
+def test_slips_are_those_of_a_fine_record_of_the_lag(name, duration):
+    """Where the field swings nearly along the device's axis it goes from front to back within a step, and counts."""
+    scenario = hm.load(name).replaced({"run.duration": duration})
+    (fine,) = advance([scenario.replaced({"run.interval": 0.002})], tolerance=1e-10)
+    lag = observed(scenario, fine.time, fine.states)["phase_lag"]
+    turns = np.floor(np.unwrap(lag) / (2.0 * np.pi) + 0.5)
+    slips, since = 0, 0
+    for passage in np.flatnonzero(np.diff(turns)):
+        if (np.cos(lag[since : passage + 1]) > 0.0).any():
+            slips, since = slips + 1, passage + 1
+    assert slips > 30
+    (steps,), (rough,) = advance([scenario], tolerance=1e-10), advance([scenario])
+    assert (fine.slips[-1], steps.slips[-1]) == (slips, slips)
+    assert abs(rough.slips[-1] - slips) <= 1  # whose places are others by then
 
 
 def test_dissipation_is_positive_along_a_run():

@@ -6,7 +6,7 @@ watched), ``loop`` (the kernel), ``batch`` and ``running`` (launches on threads)
 (results).
 """
 
-from helimag.engine.accuracy import Accuracy, accuracy_of
+from helimag.engine.accuracy import Accuracy, accuracy_of, refined
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.control import Control
 from helimag.engine.events import FALL_LIMIT
@@ -71,6 +71,7 @@ __all__ = [
     "pack_drives",
     "pack_magnets",
     "ready",
+    "refined",
     "shifted",
     "simulate",
     "simulate_many",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.checks import cautions
-from helimag.engine.accuracy import Accuracy, accuracy_of
+from helimag.engine.accuracy import Accuracy, refined
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
 from helimag.engine.methods import DEFAULT, method_named
@@ -58,7 +58,8 @@ def simulate(
     device
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     accuracy
-        Run it again with finer steps and keep the difference, see :class:`helimag.engine.accuracy.Accuracy`.
+        Run it again with finer steps and keep the difference, see :class:`helimag.engine.accuracy.Accuracy`; where that
+        matters, as it does where the device loses step, the run with finer steps is what is returned.
     progress
         Called with the fraction done, some times a second.
 
@@ -86,9 +87,10 @@ def simulate(
         device=device,
         progress=_part(progress, 0.0, OWN_SHARE if accuracy else 1.0),
     )
+    if not accuracy:
+        return trajectory_of(history)
     chosen: dict[str, Any] = {"tolerance": tolerance, "method": method_named(method), "device": device}
-    found = accuracy_of(history, **chosen, progress=_part(progress, OWN_SHARE, 1.0)) if accuracy else None
-    return trajectory_of(history, found)
+    return trajectory_of(*refined(history, **chosen, progress=_part(progress, OWN_SHARE, 1.0)))
 
 
 def _part(progress: Callable[[float], None] | None, begin: float, end: float) -> Callable[[float], None] | None:

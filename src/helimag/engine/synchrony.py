@@ -25,18 +25,23 @@ def lag_vector(field: wp.vec3d, state: State) -> wp.vec2d:
 
 @wp.func
 def passed_behind(old: wp.vec2d, new: wp.vec2d) -> bool:
-    """Whether the field went through the direction opposite to the moment between two lag vectors."""
-    return old[0] < ZERO and new[0] < ZERO and old[1] * new[1] <= ZERO
+    """Whether the field went through the direction opposite to the moment between two lag vectors, on a straight line.
+
+    Where a slipping device lets the field swing nearly along its axis, it goes from front to back within a step.
+    """
+    if old[1] * new[1] > ZERO or old[1] == new[1]:
+        return False
+    return (old[0] * new[1] - new[0] * old[1]) * (new[1] - old[1]) < ZERO
 
 
 @wp.func
 def synchrony_with(before: Synchrony, lag: wp.vec2d) -> Synchrony:
     """The record of a run's step with the field with one more lag vector in it."""
     after = before
-    if lag[0] > ZERO:
-        after.locked = 1
-    if after.locked == 1 and passed_behind(before.lag, lag):
+    if before.locked == 1 and passed_behind(before.lag, lag):
         after.slips += 1
         after.locked = 0
+    if lag[0] > ZERO:
+        after.locked = 1
     after.lag = lag
     return after
