@@ -11,8 +11,11 @@ from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import brentq
 
 import helimag as hm
-from helimag.engine import DOP853, advance, running, system_of, walls
+from helimag.engine import DOP853, MULTIREVOLUTION, advance, running, system_of, walls
+from helimag.engine.batch import Batch, Stepping, fits_lanes, goes_abreast, started
+from helimag.engine.leaps import CORRECTING
 from helimag.engine.packing import pack_bodies
+from helimag.engine.start import start_state
 from helimag.engine.system import frame_moves
 from helimag.geometry import body_rotations
 from helimag.hydrodynamics.boundary import Plane, look_up
@@ -179,6 +182,21 @@ def test_samples_within_steps_near_walls_are_exact():
     assert away[:, 3:].max() < 1e-5
 
 
+@pytest.mark.parametrize("other", [{"drive.distance": 0.175}, {"magnet.height": 0.1}], ids=["lanes", "no lanes"])
+def test_runs_near_walls_have_the_bits_that_each_has_alone(other):
+    """Samples of leaps are worked out in lanes, but for a batch whose magnets are cut otherwise."""
+    runs = [swimming(), swimming(**other)]
+    settings = Stepping(MULTIREVOLUTION)
+    assert fits_lanes(system_of(runs[0]), runs[:1], settings)
+    assert fits_lanes(system_of(runs[0]), runs, settings) is ("drive.distance" in other)
+    assert not goes_abreast(system_of(runs[0]), runs, settings)
+    together = advance(runs, threads=1)
+    for run, history in zip(runs, together, strict=True):
+        (alone,) = advance([run])
+        assert alone.leapt > 0.5
+        assert alone.records.tobytes() == history.records.tobytes()
+
+
 def test_no_leaps_where_the_drive_leaves_the_walls_behind():
     """In the frame of a drive that climbs, floor and surface sink."""
     climbing = swimming(**{"drive.velocity": (0.0, 0.0, 1e-4), "run.duration": 10.0})
@@ -198,6 +216,22 @@ def test_runs_near_walls_do_not_depend_on_where_launches_end(monkeypatch):
     monkeypatch.setattr(running, "LAUNCH_SECONDS", 1e-5)
     for cut, whole in zip(advance(runs), wholes, strict=True):
         np.testing.assert_array_equal(cut.records, whole.records)
+
+
+def test_runs_near_walls_go_on_between_two_turns_of_a_leap():
+    """What was around the device in the turn that a leap was guessed by is used again in the one that corrects it."""
+    run, settings = swimming(), Stepping(MULTIREVOLUTION)
+    system = system_of(run)
+    first = Batch(system, [run], started(system, [run], start_state(run)[None]), settings)
+    while int(first.histories()[0].progress["leap"]["stage"]) != int(CORRECTING):
+        first.launch(1)
+    (stopped,) = first.histories()
+    assert stopped.status is End.RUNNING
+    assert np.any(stopped.memory["looks"])
+    second = Batch(system, [run], np.array([stopped.progress]), settings, [stopped.records], [stopped.memory])
+    while second.running:
+        second.launch(1000)
+    assert second.histories()[0].records.tobytes() == advance([run])[0].records.tobytes()
 
 
 def brenner(distance, radius, terms=60):

@@ -93,21 +93,27 @@ def first_leap(system: System, drive: Drive) -> float:
 
 
 def fits_lanes(system: System, scenarios: Sequence[Scenario], settings: Stepping) -> bool:
-    """Whether runs are followed in the lanes of vector registers: on a CPU, clear of walls, their magnets cut alike.
+    """Whether samples of leaps are worked out in the lanes of vector registers: on a CPU, magnets of runs cut alike.
 
     The formulas must be those that :mod:`helimag.engine.lanes` is known to translate.
     """
     leaps = settings.method.leaps and leaps_hold(system)
-    known = system.magnet in MAGNET_MODELS.values() and clear_of_walls(system).medium == OPEN_WATER
+    known = system.magnet in MAGNET_MODELS.values() and clear_of_walls(system).medium.lanes
     if not (leaps and known and settings.device == "cpu"):
         return False
     slices = pack_magnets(scenarios)["slices"]
     return slices.shape[1] <= MOST_MAGNETS_IN_LANES and not np.ptp(slices, axis=0).any()
 
 
+def goes_abreast(system: System, scenarios: Sequence[Scenario], settings: Stepping) -> bool:
+    """Whether turns of several runs are followed at once: where lanes fit, and all water is open."""
+    open_water = clear_of_walls(system).medium == OPEN_WATER
+    return len(scenarios) > 1 and open_water and fits_lanes(system, scenarios, settings)
+
+
 def build_kernel(system: System, method: Method, lanes: bool, abreast: bool) -> wp.Kernel:
     """Make the kernel that takes runs their way: each by itself, or turns of several at once."""
-    if not (lanes and abreast):
+    if not abreast:
         return build_advance(system, method, lanes)
     from helimag.engine.pool import build_advance_abreast
 
@@ -163,7 +169,7 @@ class Batch:
     ) -> None:
         self.scenarios = scenarios
         self._device = settings.device
-        lanes, abreast = fits_lanes(system, scenarios, settings), len(scenarios) > 1
+        lanes, abreast = fits_lanes(system, scenarios, settings), goes_abreast(system, scenarios, settings)
         self._kernel = build_kernel(system, settings.method, lanes, abreast)
         self._begun = time.perf_counter()
         self._progress = wp.array(progress, dtype=Progress, device=settings.device)
@@ -179,10 +185,11 @@ class Batch:
                 self._records[run, : known.size].assign(known)
         kept = memories or [{}] * len(scenarios)
         self._leaps = settings.method.leaps
-        memory = pack_memory(kept if self._leaps else (), settings.device)
+        looks = clear_of_walls(system).medium != OPEN_WATER
+        memory = pack_memory(kept if self._leaps else (), settings.device, looks=looks)
         self._remembered = memory_reader(memory)
         self._runs = packed(system, scenarios, settings, self._progress, self._records, memory)
-        self._threads, self._room = (1, _room_abreast(len(scenarios))) if lanes and abreast else (len(scenarios), [])
+        self._threads, self._room = (1, _room_abreast(len(scenarios))) if abreast else (len(scenarios), [])
         # progress and memories as of the last launch; replaced as a whole, so that other threads may read them
         self._latest = progress.copy(), list(kept)
 

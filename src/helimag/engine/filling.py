@@ -5,7 +5,7 @@ from functools import cache
 
 import warp as wp
 
-from helimag.engine.abreast import Angles, Spins, States, build_parts_abreast
+from helimag.engine.abreast import Angles, Ways, build_parts_abreast, state_in
 from helimag.engine.lanes import LANES
 from helimag.engine.leaps import spin_at
 from helimag.engine.moving import to_lab
@@ -118,7 +118,7 @@ def build_seen_in_lanes(system: System) -> wp.Function:
     @wp.func
     def seen_in_lanes(
         body: Swimmer,
-        around: around_type,  # noqa: ARG001 - open water, which says nothing
+        around: around_type,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         schedule: Schedule,
@@ -128,27 +128,30 @@ def build_seen_in_lanes(system: System) -> wp.Function:
         count: int,
         p: Progress,
     ) -> int:
-        begins = States()
-        spins = Spins()
+        ways = Ways()
         angles = Angles()
         dues = Angles()
         numbers = Angles()
-        end = p.leap.origin + (p.leap.number + wp.float64(p.leap.turns_aimed)) * TWO_PI / wp.abs(drive.spin_rate)
+        over = p.leap.origin + (p.leap.number + wp.float64(p.leap.turns_aimed)) * TWO_PI / wp.abs(drive.spin_rate)
         at = Sample()
         found = int(0)
         lanes = int(LANES)
         for lane in range(lanes):  # the last sample is in all lanes that are left
-            if lane == 0 or (lane == found and sample_time(schedule, p.sample + lane) <= end):
+            if lane == 0 or (lane == found and sample_time(schedule, p.sample + lane) <= over):
                 at = sample_in_leap(drive, schedule, memory, run, first, count, p, p.sample + lane)
                 found = lane + 1
             dues[lane] = at.due
             numbers[lane] = at.number
             angles[lane] = at.angle
-            spins[lane] = at.spin
-            begins[lane] = at.begin
-        ends = parts_abreast(body, drive, magnets, p.leap.fine, spins, angles, begins)
+            for i in range(7):
+                ways[lane, i] = at.begin[i]
+                ways[lane, 7 + i] = at.begin[i]
+            ways[lane, 14] = at.spin[0]
+            ways[lane, 15] = at.spin[1]
+        ways = parts_abreast(body, around, drive, magnets, p.leap.fine, found, angles, ways)
         for lane in range(found):
-            memory.seen[run, lane] = seen_in_lab(drive, dues[lane], p.leap.roll, numbers[lane], ends[lane])
+            end = state_in(ways, lane, 0)
+            memory.seen[run, lane] = seen_in_lab(drive, dues[lane], p.leap.roll, numbers[lane], end)
         return p.sample + found
 
     return seen_in_lanes

@@ -13,7 +13,10 @@ from typing import Any
 
 import warp as wp
 
+from helimag.physics.balance import SHEETS
+
 MOST_MAGNETS_IN_LANES = 4  # of a run
+MOST_ROWS = int(SHEETS)  # of an array in a structure
 LANES = 8  # doubles in a register of 512 bits; for a processor with narrower ones the compiler takes several
 
 HEAD = f"""
@@ -65,6 +68,8 @@ def lanes_type(kind: Any) -> str:
         return "Lanes" if kind is wp.float64 else "int"
     if shape := shape_of(kind):
         return f"wp::{('vec_t', 'mat_t')[len(shape) - 1]}<{', '.join(map(str, shape))}, Lanes>"
+    if isinstance(kind, wp.array):
+        return f"Rows{'x'.join(map(str, shape_of(kind.dtype)))}"
     return f"{kind.key}Lanes"
 
 
@@ -78,6 +83,14 @@ def numbers_in(kind: Any) -> Iterator[tuple[str, Any]]:
         rows = [f".c[{i}]" if len(shape) == 1 else f".data[{i}]" for i in range(shape[0])]
         columns = [f"[{j}]" for j in range(shape[1])] if len(shape) == 2 else [""]
         yield from ((row + column, wp.float64) for row in rows for column in columns)
+
+
+def arrays_in(kind: Any) -> Iterator[tuple[str, Any]]:
+    """How C++ gets at each array in a Warp structure, and the type of its rows: vectors or matrices."""
+    for name, part in fields_of(kind).items():
+        if isinstance(part, wp.array):
+            yield f".{name}", part.dtype
+        yield from ((f".{name}{rest}", rows) for rest, rows in arrays_in(part))
 
 
 class Translation:
@@ -96,13 +109,21 @@ class Translation:
         return "\n".join(self._parts)
 
     def structure(self, kind: Any) -> str:
-        """C++ type for a Warp type; the definition of a structure is added where it is new."""
-        plain = kind is wp.float64 or kind is wp.int32 or shape_of(kind)
-        if not plain and id(kind) not in self._names:
-            fields = "".join(f" {self.structure(part)} {name};" for name, part in fields_of(kind).items())
-            self._names[id(kind)] = lanes_type(kind)
-            self._parts.append(f"struct {lanes_type(kind)} {{{fields} }};")
-        return lanes_type(kind)
+        """C++ type for a Warp type; the definition of a structure is added where it is new.
+
+        An array in a structure is rows in lanes, which may be written to wherever it was handed on to, as in Warp.
+        """
+        name, known = lanes_type(kind), set(self._names.values())
+        if isinstance(kind, wp.array) and name not in known:
+            row = lanes_type(kind.dtype)
+            self._names[id(kind)] = name
+            access = f"{row}& operator[](int i) const {{ return at[i]; }}"
+            self._parts.append(f"struct {name} {{ mutable {row} at[{MOST_ROWS}]; {access} }};")
+        elif hasattr(kind, "vars") and name not in known:
+            fields = "".join(f" {self.structure(part)} {field};" for field, part in fields_of(kind).items())
+            self._names[id(kind)] = name
+            self._parts.append(f"struct {name} {{{fields} }};")
+        return name
 
     def function(self, function: wp.Function) -> str:
         """Name of the C++ lambda for a Warp function, which is added where it is new."""

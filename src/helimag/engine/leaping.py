@@ -11,6 +11,10 @@ from helimag.engine.control import Control
 from helimag.engine.events import Bounds, clearance
 from helimag.engine.filling import build_filled
 from helimag.engine.leaps import (
+    BEGINNING,
+    COLUMNS,
+    CORRECTING,
+    GUESSING,
     ORDER,
     Curve,
     ahead,
@@ -56,7 +60,6 @@ FINE_TOLERANCE = wp.constant(wp.float64(LEAST_STEPS_TOLERANCE))
 TWO_PI = wp.constant(wp.float64(2.0 * math.pi))
 ZERO = wp.constant(wp.float64(0.0))
 ONE = wp.constant(wp.float64(1.0))
-BEGINNING, COLUMNS, GUESSING, CORRECTING = (wp.constant(i) for i in range(4))  # what the next turn is followed for
 EIGHTH = wp.constant(wp.float64(0.125))
 
 

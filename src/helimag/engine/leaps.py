@@ -20,12 +20,13 @@ from helimag.engine.progress import Leap
 from helimag.engine.system import System
 from helimag.engine.turn_memory import SLOTS, Memory, Square, Weights, chart_turn, slot_of, store_shape
 from helimag.engine.turns import Shape, build_turn
-from helimag.physics.balance import Swimmer
+from helimag.physics.balance import Sheet, Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized
 from helimag.physics.magnetics import FieldSource
 
 ORDER = 8  # turns that a polynomial goes through before a leap; benchmarks/leaps.py
 DIFFERENCE = wp.constant(wp.float64(1e-5))  # rad, and share of the length: steps of the Jacobian's differences
+BEGINNING, COLUMNS, GUESSING, CORRECTING = (wp.constant(i) for i in range(4))  # what the next turn is followed for
 ONE = wp.constant(wp.float64(1.0))
 ZERO = wp.constant(wp.float64(0.0))
 
@@ -149,10 +150,14 @@ def build_follow(system: System) -> wp.Function:
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
+        looks: wp.array2d(dtype=Sheet),
         leap: Leap,
         fine: int,
     ):
-        return turn(body, around, drive, magnets, tail, spin_at(drive, leap.origin), fine, leap.aim)
+        known = wp.int32(0)
+        if fine == 1 and (leap.stage == COLUMNS or leap.stage == CORRECTING):
+            known = 1  # begun beside the turn before, with as many steps
+        return turn(body, around, looks, known, drive, magnets, tail, spin_at(drive, leap.origin), fine, leap.aim)
 
     return follow
 

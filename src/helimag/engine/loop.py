@@ -247,7 +247,10 @@ def build_turned(system: System, lanes: bool) -> wp.Function:
     def turned(runs: columns_type, run: int, fine: int):
         around, tail = beyond(runs.surroundings[run]), runs.bounds[run].tail
         leap = runs.progress[run].leap
-        turn, shape, roll = follow(runs.bodies[run], around, runs.drives[run], runs.magnets[run], tail, leap, fine)
+        looks = runs.memory.looks[run]
+        turn, shape, roll = follow(
+            runs.bodies[run], around, runs.drives[run], runs.magnets[run], tail, looks, leap, fine
+        )
         answered(runs, run, turn, shape, roll)
 
     return turned

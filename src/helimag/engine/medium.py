@@ -7,7 +7,7 @@ from typing import Any
 
 import warp as wp
 
-from helimag.physics.balance import OpenWater, nothing_near, open_water
+from helimag.physics.balance import OpenWater, nothing_again, nothing_near, open_water
 from helimag.scenario import Scenario
 
 
@@ -56,6 +56,12 @@ class Medium:
     clear, beyond
         The same medium as long as the device keeps clear of walls that hold, None for itself; and
         ``beyond(surroundings)``: what surrounds the device then.
+    again
+        ``again(surroundings, position, rotation, sheets, look, known)``: ``local`` on row ``look`` of ``sheets``; where
+        it is ``known`` (not zero) from a turn of the magnet much like this one, from what that left there. None for a
+        medium that is as soon asked anew.
+    lanes
+        Whether ``response`` is known to be said over lanes, see :mod:`helimag.engine.lanes`.
     """
 
     response: wp.Function = open_water
@@ -65,6 +71,8 @@ class Medium:
     alike: Alike = Alike.NOWHERE
     clear: "Medium | None" = None
     beyond: wp.Function = unheld
+    again: wp.Function | None = None
+    lanes: bool = False
 
     @property
     def surroundings_type(self) -> Any:
@@ -77,4 +85,4 @@ class Medium:
         return self.response.input_types["here"]
 
 
-OPEN_WATER = Medium(alike=Alike.EVERYWHERE)
+OPEN_WATER = Medium(alike=Alike.EVERYWHERE, again=nothing_again, lanes=True)

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from helimag.engine.batch import TOLERANCE, Batch, Stepping, build_kernel, fits_lanes, method_for, started
+from helimag.engine.batch import TOLERANCE, Batch, Stepping, build_kernel, fits_lanes, goes_abreast, method_for, started
 from helimag.engine.history import History
 from helimag.engine.kernels import check_device, ready
 from helimag.engine.methods import MULTIREVOLUTION, Method
@@ -60,8 +60,9 @@ class _Job:
 
     def kernel(self, settings: Stepping) -> tuple[System, Method, bool, bool]:
         """What its kernel is built from."""
-        lanes = fits_lanes(self.system, self.scenarios, replace(settings, method=self.method))
-        return self.system, self.method, lanes, len(self.scenarios) > 1
+        settings = replace(settings, method=self.method)
+        lanes, abreast = (fits(self.system, self.scenarios, settings) for fits in (fits_lanes, goes_abreast))
+        return self.system, self.method, lanes, abreast
 
     def advance(self, settings: Stepping, stop: threading.Event) -> None:
         """Take the runs to their ends, or to where they are when told to stop."""

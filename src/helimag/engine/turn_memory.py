@@ -17,6 +17,7 @@ from helimag.engine.charts import Place, to_chart
 from helimag.engine.lanes import LANES
 from helimag.engine.structures import reader
 from helimag.engine.turns import NODES, Nodes, Shape, rolled
+from helimag.physics.balance import SHEETS, Sheet
 from helimag.physics.kinematics import State, attack_angle, normalized
 
 MOST_TURNS = 100  # of a leap
@@ -62,6 +63,7 @@ class Memory:
     residuals: wp.array2d(dtype=Place)  # what it changed, but for what the Jacobian has of that
     path: wp.array2d(dtype=State)  # (runs, MOST_TURNS): where turns of the leap that is tried end
     seen: wp.array2d(dtype=State)  # (runs, LANES): samples of a leap, lab frame
+    looks: wp.array3d(dtype=Sheet)  # (runs, NODES, SHEETS): what was around it in the turn followed last
     weights: wp.array2d(dtype=Weights)  # (runs, MOST_TURNS): what remembered turns count in each of them
 
 
@@ -81,11 +83,14 @@ ROOMS: dict[str, tuple[Any, ...]] = {  # of one run: kind and shape
 }
 
 
-def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: str) -> Any:
-    """What runs remember of turns, as the kernels take it; a run that remembers nothing has room for it."""
+def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: str, *, looks: bool = False) -> Any:
+    """What runs remember of turns, as the kernels take it; a run that remembers nothing has room for it.
+
+    ``looks``: whether what was around the device is remembered too, which in open water is the same everywhere.
+    """
     memory = Memory()
     runs = len(remembered)
-    for name, (kind, *shape) in ROOMS.items():
+    for name, (kind, *shape) in (ROOMS | {"looks": (Sheet, NODES * looks, int(SHEETS))}).items():
         setattr(memory, name, wp.zeros((runs, *shape), dtype=kind, device=device))
     for run, known in enumerate(remembered):
         for name, values in known.items():
@@ -95,7 +100,8 @@ def pack_memory(remembered: Sequence[dict[str, NDArray[np.float64]]], device: st
 
 def memory_reader(memory: Any) -> Callable[[NDArray[np.bool_]], list[dict[str, NDArray[np.float64]]]]:
     """What gives what each run remembers at the time it is called: nothing where it will not go on."""
-    readers = {name: reader(getattr(memory, name)) for name in ROOMS}
+    names = [*ROOMS, "looks"] if memory.looks.size else [*ROOMS]
+    readers = {name: reader(getattr(memory, name)) for name in names}
 
     def remembered(running: NDArray[np.bool_]) -> list[dict[str, NDArray[np.float64]]]:
         values = {name: read() for name, read in readers.items()} if running.any() else {}

@@ -189,10 +189,39 @@ def build_spun_step(system: System) -> wp.Function:
 
 
 @cache
+def build_part_step(system: System) -> wp.Function:
+    """Make the function that takes one of ``fine`` equal steps by which the spin turns by ``angle`` in all.
+
+    It returns the state after it, the middle of the next such step, and the spin there.
+    """
+    rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
+    here_type = system.medium.here_type
+
+    @wp.func
+    def part_step(
+        body: Swimmer,
+        here: here_type,
+        drive: ArmMotion,
+        magnets: wp.array(dtype=FieldSource),
+        spin: wp.vec2d,
+        fine: int,
+        angle: wp.float64,
+        state: State,
+    ):
+        part = angle / wp.float64(fine)
+        h = part / wp.abs(drive.spin_rate)
+        spins = stage_spins(wp.sign(drive.spin_rate) * part)
+        k0, lag = rates(body, here, drive, magnets, spin, state)
+        new = step(body, here, drive, magnets, spin, spins, h, state, k0)
+        return new, gone_on(state, h * k0, new, HALF), spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
+
+    return part_step
+
+
+@cache
 def build_part_turn(system: System) -> wp.Function:
     """Make the function that goes on from a node by an angle of the spin that is less than to the next."""
-    rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
-    around_type, local = system.medium.surroundings_type, system.medium.local
+    part_step, around_type, local = build_part_step(system), system.medium.surroundings_type, system.medium.local
 
     @wp.func
     def part_turn(
@@ -205,20 +234,13 @@ def build_part_turn(system: System) -> wp.Function:
         angle: wp.float64,
         begin: State,
     ) -> State:
-        part = angle / wp.float64(fine)
-        h = part / wp.abs(drive.spin_rate)
-        spins = stage_spins(wp.sign(drive.spin_rate) * part)
         spin = spin_at_node
         sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
         state = begin
         middle = begin
         for _ in range(fine):
             here = local(around, head_position(middle), rotation_matrix(middle), sheets)
-            k0, lag = rates(body, here, drive, magnets, spin, state)
-            new = step(body, here, drive, magnets, spin, spins, h, state, k0)
-            middle = gone_on(state, h * k0, new, HALF)
-            state = new
-            spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
+            state, middle, spin = part_step(body, here, drive, magnets, spin, fine, angle, state)
         return state
 
     return part_turn
@@ -245,19 +267,41 @@ def about_axis(old: State, new: State) -> wp.float64:
 
 
 @cache
+def build_again(system: System) -> wp.Function:
+    """Make the function that asks a medium what is around a place, or recalls it, see :class:`Medium`."""
+    if system.medium.again is not None:
+        return system.medium.again
+    around_type, here_type, local = system.medium.surroundings_type, system.medium.here_type, system.medium.local
+
+    @wp.func
+    def again(
+        around: around_type,
+        position: wp.vec3d,
+        rotation: wp.mat33d,
+        sheets: wp.array2d(dtype=Sheet),
+        look: int,
+        known: int,  # noqa: ARG001 - never so, or asked anew
+    ) -> here_type:
+        return local(around, position, rotation, sheets[look])
+
+    return again
+
+
+@cache
 def build_set_out(system: System) -> wp.Function:
     """Make the function that looks around for a turn's first step of ``h`` (s): surroundings, rates and lag vector.
 
     No step before it tells where it goes, so rates where it begins do, once they are known.
     """
     rates, around_type = build_moving_rates(system), system.medium.surroundings_type
-    here_type, local = system.medium.here_type, system.medium.local
+    here_type, again = system.medium.here_type, build_again(system)
 
     @wp.func
     def set_out(
         body: Swimmer,
         around: around_type,
-        sheets: wp.array(dtype=Sheet),
+        sheets: wp.array2d(dtype=Sheet),
+        known: int,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         spin: wp.vec2d,
@@ -268,9 +312,9 @@ def build_set_out(system: System) -> wp.Function:
         k0 = State()
         lag = wp.vec2d()
         middle = state
-        looks = 2  # not unrolled, so that it compiles sooner
+        looks = 2 - known  # not unrolled, so that it compiles sooner
         for _ in range(looks):
-            here = local(around, head_position(middle), rotation_matrix(middle), sheets)
+            here = again(around, head_position(middle), rotation_matrix(middle), sheets, 0, known)
             k0, lag = rates(body, here, drive, magnets, spin, state)
             middle = normalized(state + HALF * h * k0)
         return here, k0, lag
@@ -280,14 +324,20 @@ def build_set_out(system: System) -> wp.Function:
 
 @cache
 def build_turn(system: System) -> wp.Function:
-    """Make the map over one turn of the magnet: what it does, and its shape at the nodes, its last row the end."""
+    """Make the map over one turn of the magnet: what it does, and its shape at the nodes, its last row the end.
+
+    What is around the device is looked up about the middle of each step. ``sheets`` keep that, the last look after each
+    node on a row; where ``known`` (1, else 0) it is recalled, for which there must be one step between two nodes.
+    """
     rates, step, stage_spins = build_moving_rates(system), build_spun_step(system), build_stage_spins()
-    set_out, around_type, local = build_set_out(system), system.medium.surroundings_type, system.medium.local
+    set_out, around_type, again = build_set_out(system), system.medium.surroundings_type, build_again(system)
 
     @wp.func
     def turn(
         body: Swimmer,
         around: around_type,
+        sheets: wp.array2d(dtype=Sheet),
+        known: int,
         drive: ArmMotion,
         magnets: wp.array(dtype=FieldSource),
         tail: wp.float64,
@@ -304,15 +354,18 @@ def build_turn(system: System) -> wp.Function:
         shape = Shape()
         result = Turn()
         result.cosine = ONE
-        sheets = wp.zeros(shape=SHEETS, dtype=Sheet)
-        here, k0, lag = set_out(body, around, sheets, drive, magnets, spin, h, state)
+        here, k0, lag = set_out(body, around, sheets, known, drive, magnets, spin, h, state)
+        left = NODES * fine
         roll = wp.float64(1.0)
         nodes = int(NODES)  # not unrolled: a step is much code
         for node in range(nodes):
             for _ in range(fine):
                 new = step(body, here, drive, magnets, spin, spins, h, state, k0)
                 middle = gone_on(state, h * k0, new, HALF)
-                here = local(around, head_position(middle), rotation_matrix(middle), sheets)
+                left -= 1
+                if left > 0:
+                    look = (NODES * fine - left) // fine
+                    here = again(around, head_position(middle), rotation_matrix(middle), sheets, look, known)
                 state = new
                 spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
                 k0, lag = rates(body, here, drive, magnets, spin, state)

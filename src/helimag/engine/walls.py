@@ -13,7 +13,17 @@ from helimag.engine.patience import announced
 from helimag.hydrodynamics import mobility, resistance
 from helimag.hydrodynamics.boundary import look_up, mobility_changes, wall_table
 from helimag.physics.balance import Sheet
-from helimag.physics.walls import EVEN, LEANING, TWICE, Cubics, FloorAndSurface, WallGrid, near_walls, seen_walls
+from helimag.physics.walls import (
+    EVEN,
+    LEANING,
+    TWICE,
+    Cubics,
+    FloorAndSurface,
+    WallGrid,
+    near_walls,
+    seen_walls,
+    walls_again,
+)
 from helimag.scenario import Device, Fluid, Scenario
 
 Floats = NDArray[np.float64]
@@ -100,4 +110,4 @@ def _sheet(matrices: Floats, entries: Sequence[tuple[int, int]]) -> Floats:
     return np.pad(found, [(0, 0)] * (found.ndim - 1) + [(0, Sheet._length_ - found.shape[-1])])
 
 
-NEAR_WALLS = Medium(near_walls, seen_walls, pack_walls, alike=Alike.SIDEWAYS)
+NEAR_WALLS = Medium(near_walls, seen_walls, pack_walls, alike=Alike.SIDEWAYS, again=walls_again, lanes=True)

@@ -9,7 +9,7 @@ ZERO = wp.constant(wp.float64(0.0))
 # what a medium may write down of what is around a device: memory of the kernel, SHEETS of these. A structure as large
 # would be copied at every stage of a step
 Sheet = wp.types.vector(length=8, dtype=wp.float64)
-SHEETS = wp.constant(12)
+SHEETS = wp.constant(13)
 
 
 @wp.struct
@@ -65,6 +65,19 @@ def nothing_near(
     surroundings: OpenWater, position: wp.vec3d, rotation: wp.mat33d, sheets: wp.array(dtype=Sheet)
 ) -> OpenWater:
     """What is around the device in open water: the same everywhere."""
+    return surroundings
+
+
+@wp.func
+def nothing_again(
+    surroundings: OpenWater,
+    position: wp.vec3d,
+    rotation: wp.mat33d,
+    sheets: wp.array2d(dtype=Sheet),
+    look: int,
+    known: int,
+) -> OpenWater:
+    """The same, for one who may have looked before."""
     return surroundings
 
 

@@ -32,6 +32,7 @@ TWICE = ((1, 1), (1, 2), (1, 4), (1, 5), (4, 4), (4, 5))
 PARTS = wp.constant(3)
 Cubics = wp.types.matrix(shape=(4, 8), dtype=wp.float64)  # of a sheet's entries, one coefficient a row
 NOW = wp.constant(9)  # first of the kernel's sheets for the mobility of the moment, behind what was looked up
+PLACE = wp.constant(12)  # the sheet that has where that was
 
 
 @wp.struct
@@ -206,6 +207,27 @@ def seen_walls(
     near.sine = sine
     near.alone = surroundings.alone
     near.changes = sheets
+    return near
+
+
+@wp.func
+def walls_again(
+    surroundings: FloorAndSurface,
+    position: wp.vec3d,
+    rotation: wp.mat33d,
+    sheets: wp.array2d(dtype=Sheet),
+    look: int,
+    known: int,
+) -> NearWalls:
+    """The same, on the sheets of one look of many, where it stays; where it is known from before, what is there."""
+    if known == 0:
+        seen = seen_walls(surroundings, position, rotation, sheets[look])
+        sheets[look, PLACE] = Sheet(seen.height, seen.sine, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
+    near = NearWalls()
+    near.height = sheets[look, PLACE][0]
+    near.sine = sheets[look, PLACE][1]
+    near.alone = surroundings.alone
+    near.changes = sheets[look]
     return near
 
 
