@@ -10,7 +10,7 @@ takes minutes.
 Run number n is the same whatever the slice. It counts where direct steps at tolerances of 1e-10 and 1e-11 agree: end,
 and verdict the same, places within 1e-7 m, and times of the end within 0.1 ms. Slips of a device that turns against the
 field at every turn are counted at steps, so that they differ where places do not. "refined" are the runs that
-`helimag simulate` gives, which is taken to finer steps where that changes places; the others are those of sweeps.
+`helimag simulate --refine` gives, with finer steps where these change places.
 """
 
 import argparse

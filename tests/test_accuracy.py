@@ -85,3 +85,20 @@ def test_the_command_says_it(option, there):
     assert ("  accuracy      places within " in said.out) is there
     report = json.loads(helimag("simulate", "paper/fig3c", "--duration=30 s", "--no-orbit", "--json", *option).out)
     assert (report["accuracy"] is not None) is there
+
+
+def test_the_command_refines_where_it_is_asked_to(tmp_path):
+    """Fig. 3(A) is drawn into the magnet after 1280 s, by errors of ten micrometres 0.2 ms sooner or later."""
+    plain, finer = (
+        helimag("simulate", "paper/fig3a", "--no-orbit", *option)
+        for option in ((), ("--refine", "-o", tmp_path / "r.nc"))
+    )
+    assert "; --refine takes finer steps\n" in plain.out
+    assert "times finer tolerance)\n" in finer.out
+    run = hm.Trajectory.load(tmp_path / "r.nc")
+    told = json.loads(run.attributes["accuracy"])
+    assert told["enough"]
+    assert told["in_step"] < 5e-7
+    (exact,) = advance([hm.load("paper/fig3a")], tolerance=1e-11, method=DOP853)
+    assert run.judgement.end_time == pytest.approx(exact.time[-1], abs=1e-5)
+    assert run.gain == pytest.approx(exact.judge().gain, abs=3e-6)

@@ -110,6 +110,7 @@ def simulate(
     device: str = "cpu",
     orbit: bool = True,
     accuracy: bool = True,
+    refine: bool = False,
     ensemble: Path | None = None,
     drawing: DrawOptions = NO_DRAWING,
     certificate: Path | None = None,
@@ -132,6 +133,8 @@ def simulate(
         "cpu", or a CUDA device such as "cuda".
     accuracy
         Whether to run again with finer steps, to say how far to trust the places.
+    refine
+        Take ever finer steps until places change by less than 0.5 um: for runs that lose step or are drawn in.
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to continue the run where there is none.
     ensemble
@@ -142,7 +145,7 @@ def simulate(
     """
     own = {"run.duration": duration, "run.interval": interval}
     if ensemble is not None:
-        _check_for_many(output, certificate)
+        _check_for_many(output, certificate, refine)
         check_outputs(None, size=size)
         predict(
             scenario_from(scenario, changes, own), ensemble, drawing, method=method, device=device, json=common.json
@@ -155,7 +158,7 @@ def simulate(
     chosen = scenario_from(scenario, changes, own)
     proof = None if certificate is None else proofs.checked_for(certificate, chosen)
     with progress_bar(f"simulating {chosen.title}") as progress:
-        trajectory = run(chosen, method=method, device=device, accuracy=accuracy, progress=progress)
+        trajectory = run(chosen, method=method, device=device, accuracy=accuracy, refine=refine, progress=progress)
     if proof is not None:
         trajectory = proofs.carried(trajectory, proof)
     write_outputs(output, run_writers(trajectory), size=size)
@@ -194,12 +197,14 @@ def _film(run: "Trajectory", path: Path) -> None:
         plots.animate(run, path, progress=progress)
 
 
-def _check_for_many(output: list[Path] | None, certificate: Path | None) -> None:
+def _check_for_many(output: list[Path] | None, certificate: Path | None, refine: bool) -> None:
     """Refuse with --ensemble what is for one run."""
     if output:
         raise InputError("--output writes one run; with --ensemble use --json")
     if certificate is not None:
         raise InputError("--certificate is for one run; leave it out with --ensemble")
+    if refine:
+        raise InputError("--refine is for one run; leave it out with --ensemble")
 
 
 def _report(trajectory: "Trajectory") -> dict[str, Any]:
@@ -261,7 +266,8 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory") -> None:
     print(f"  slips         {judgement.slips}")
     told = accuracy_told(trajectory.attributes)
     if told is not None:
-        print(f"  accuracy      {told['text']}")
+        more = "" if told.get("enough", True) or told["finer_steps"] > 1.0 else "; --refine takes finer steps"
+        print(f"  accuracy      {told['text']}{more}")
     for touch in judgement.touches:
         print(
             f"  contact       {touch.wall.sentence}: {touch.times}, first at {touch.first:.1f} s, last at "

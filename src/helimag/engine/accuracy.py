@@ -2,8 +2,8 @@
 
 The two differ by about as much as the run is wrong. Looser steps would cost less, but where the longest step allowed
 decides, and not the tolerance, they are the same steps and tell nothing. A device that loses step multiplies
-every error greatly (`docs/howto/simulate.md` has a run), so what comes before and after that is told apart. There, and
-just before an end, errors can become visible; then the finer run is taken instead, and set beside a finer one.
+every error greatly (`docs/howto/simulate.md` has a run), so what comes before and after that is told apart. Runs that
+are to be exact there, and just before an end, are refined: the finer run takes the place of the other.
 """
 
 from collections.abc import Callable

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.checks import cautions
-from helimag.engine.accuracy import Accuracy, refined
+from helimag.engine.accuracy import Accuracy, accuracy_of, refined
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
 from helimag.engine.methods import DEFAULT, method_named
@@ -38,6 +38,7 @@ def simulate(
     method: str = DEFAULT,
     device: str = "cpu",
     accuracy: bool = False,
+    refine: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Run one scenario.
@@ -58,8 +59,10 @@ def simulate(
     device
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     accuracy
-        Run it again with finer steps and keep the difference, see :class:`helimag.engine.accuracy.Accuracy`; where that
-        matters, as it does where the device loses step, the run with finer steps is what is returned.
+        Run it again with finer steps and keep the difference, see :class:`helimag.engine.accuracy.Accuracy`.
+    refine
+        Run it again with ever finer steps until places change by less than 0.5 um, and return the finest, with what it
+        may be wrong by: for runs that lose step or are drawn in, which multiply errors.
     progress
         Called with the fraction done, some times a second.
 
@@ -85,12 +88,13 @@ def simulate(
         tolerance=tolerance,
         method=method_named(method),
         device=device,
-        progress=_part(progress, 0.0, OWN_SHARE if accuracy else 1.0),
+        progress=_part(progress, 0.0, OWN_SHARE if accuracy or refine else 1.0),
     )
-    if not accuracy:
-        return trajectory_of(history)
     chosen: dict[str, Any] = {"tolerance": tolerance, "method": method_named(method), "device": device}
-    return trajectory_of(*refined(history, **chosen, progress=_part(progress, OWN_SHARE, 1.0)))
+    rest = _part(progress, OWN_SHARE, 1.0)
+    if refine:
+        return trajectory_of(*refined(history, **chosen, progress=rest))
+    return trajectory_of(history, accuracy_of(history, **chosen, progress=rest) if accuracy else None)
 
 
 def _part(progress: Callable[[float], None] | None, begin: float, end: float) -> Callable[[float], None] | None:
@@ -213,9 +217,14 @@ def trajectory_of(history: History, accuracy: Accuracy | None = None) -> Traject
             "steps": history.steps,
             "rejected_steps": history.rejected,
             "wall_time": history.wall_time,
-            **({} if accuracy is None else {"accuracy": json.dumps(asdict(accuracy) | {"text": accuracy.text})}),
+            **({} if accuracy is None else {"accuracy": json.dumps(_told(accuracy))}),
         },
     )
+
+
+def _told(accuracy: Accuracy) -> dict[str, object]:
+    """How far to trust the places, as an attribute's JSON."""
+    return asdict(accuracy) | {"enough": accuracy.enough, "text": accuracy.text}
 
 
 def _engine_of(history: History) -> dict[str, object]:
