@@ -145,8 +145,8 @@ def refined(
     share, now, behind = _finer(history), tolerance * _finer(history), 0.0
     finer = _again(history, now, method, device, _after(progress, behind))
     accuracy = first = _compared(history, finer)
-    while not accuracy.enough and now * share >= FINEST:
-        now, behind, rougher = now * share, behind + OWN_SHARE * (1.0 - behind), finer
+    while not accuracy.enough and now > 2.0 * FINEST:
+        now, behind, rougher = max(now * share, FINEST), behind + OWN_SHARE * (1.0 - behind), finer
         finer = _again(rougher, now, method, device, _after(progress, behind))
         accuracy = _compared(rougher, finer)
     if accuracy is first:
