@@ -266,7 +266,7 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory") -> None:
     print(f"  slips         {judgement.slips}")
     told = accuracy_told(trajectory.attributes)
     if told is not None:
-        more = "" if told.get("enough", True) or told["finer_steps"] > 1.0 else "; --refine takes finer steps"
+        more = "" if told["enough"] or told["finer_steps"] > 1.0 else "; --refine takes finer steps"
         print(f"  accuracy      {told['text']}{more}")
     for touch in judgement.touches:
         print(

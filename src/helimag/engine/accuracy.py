@@ -25,7 +25,7 @@ VISIBLE = 1e-5  # m: what cameras tell apart; runs farther apart than that are n
 WANTED = 5e-7  # m: then extremes are within 1e-6 m and gains within 1e-5; benchmarks/random_runs.py
 WANTED_END = 5e-4  # s
 FINEST = 1e-11  # a tolerance: rounding is not far below
-OWN_SHARE = 0.6  # of the time that is left, for a further run: the finest, which mostly follows none, takes longest
+SHARE_OF_REST = 0.6  # of the work that is left, for one more run: after most there is none
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def refined(
     finer = _again(history, now, method, device, _after(progress, behind))
     accuracy = first = _compared(history, finer)
     while not accuracy.enough and now > 2.0 * FINEST:
-        now, behind, rougher = max(now * share, FINEST), behind + OWN_SHARE * (1.0 - behind), finer
+        now, behind, rougher = max(now * share, FINEST), behind + SHARE_OF_REST * (1.0 - behind), finer
         finer = _again(rougher, now, method, device, _after(progress, behind))
         accuracy = _compared(rougher, finer)
     if accuracy is first:
@@ -176,7 +176,7 @@ def _again(
 
 def _after(progress: Callable[[float], None] | None, behind: float) -> Callable[[float], None] | None:
     """The progress of one more run, once this share of the work is done, if it takes its part of the rest."""
-    return None if progress is None else lambda done: progress(behind + OWN_SHARE * (1.0 - behind) * done)
+    return None if progress is None else lambda done: progress(behind + SHARE_OF_REST * (1.0 - behind) * done)
 
 
 def _compared(history: History, finer: History) -> Accuracy:

@@ -33,9 +33,7 @@ ONE = wp.constant(wp.float64(1.0))
 REACH = wp.constant(wp.float64(0.8))  # of a step, for samples: within one they are a power less exact than at its end
 MOST_WITHIN = wp.constant(wp.float64(1000.0))  # samples within a step, so that launches stay short
 SHORTEST = wp.constant(wp.float64(1e-9))  # s; needing a shorter step means that the numbers are broken
-EVENT_TIME = wp.constant(
-    wp.float64(1e-9)
-)  # s; events are located to this, since a device falls into the magnet at metres a second
+EVENT_TIME = wp.constant(wp.float64(1e-9))  # s; events are located to this: magnets are met at metres a second
 TAKEN, REJECTED, LOCATING = (wp.constant(i) for i in range(3))  # what became of a trial step
 RUNNING, NOT_FINITE = (wp.constant(end.flag) for end in (End.RUNNING, End.NOT_FINITE))
 
