@@ -19,7 +19,7 @@ from helimag.engine.packing import pack_bodies, pack_drives, pack_magnets
 from helimag.engine.system import build_rates
 from helimag.outcomes import End
 from helimag.physics.balance import OpenWater, Swimmer
-from helimag.physics.kinematics import ArmMotion, State
+from helimag.physics.kinematics import ArmMotion, State, arm_instant
 from helimag.physics.magnetics import FieldSource
 
 STEP = 0.004  # s: an eightieth of a turn
@@ -67,7 +67,9 @@ def test_states_within_a_step_are_scipys():
         kept = wp.zeros(shape=KEPT, dtype=State)
         t, h, here, control = times[0], wp.float64(STEP), OpenWater(), Control()
         k0 = rates(body[0], here, drive[0], magnets, t, start[0])
-        end, error = trial(body[0], here, drive[0], magnets, control, t, h, start[0], k0, kept, True)
+        end, error, lag = trial(
+            body[0], here, drive[0], magnets, control, arm_instant(drive[0], t), h, start[0], k0, kept, True
+        )
         way = course(body[0], here, drive[0], magnets, t, h, start[0], kept)
         for i in range(times.shape[0]):
             found[i] = state_at(way, times[i])

@@ -14,7 +14,18 @@ from scipy.integrate import DOP853 as SCIPY_DOP853
 
 import helimag as hm
 import oracles
-from helimag.engine import DOP853, MAGNET_MODELS, Control, Medium, Method, advance, advancing, build_rates, system_of
+from helimag.engine import (
+    DOP853,
+    MAGNET_MODELS,
+    Control,
+    Medium,
+    Method,
+    advance,
+    advancing,
+    build_rates,
+    build_rates_at,
+    system_of,
+)
 from helimag.engine import running as running_module
 from helimag.engine.control import scaled_square
 from helimag.engine.events import pack_bounds
@@ -24,7 +35,7 @@ from helimag.engine.packing import pack_bodies, pack_magnets
 from helimag.engine.stages import weighted_sum
 from helimag.outcomes import End
 from helimag.physics.balance import Sheet, Swimmer
-from helimag.physics.kinematics import State, normalized
+from helimag.physics.kinematics import Instant, State, normalized
 from helimag.physics.magnetics import FieldSource, dipole_field, dipole_force
 
 SINKING = {
@@ -50,6 +61,7 @@ def scenario(duration="20 s", extra="", **changes):
 def build_rk4(system):
     """The classical Runge-Kutta step, its error from one step beside two of half the length."""
     rates, drive_type, here_type = build_rates(system), system.drive_type, system.medium.here_type
+    rates_at, pose = build_rates_at(system), system.pose
 
     @wp.func
     def step(
@@ -74,18 +86,19 @@ def build_rk4(system):
         drive: drive_type,
         magnets: wp.array(dtype=FieldSource),
         control: Control,
-        t: wp.float64,
+        now: Instant,
         h: wp.float64,
         state: State,
         k0: State,
         kept: wp.array(dtype=State),
         keep: bool,
     ):
+        t = now.time
         whole = step(body, around, drive, magnets, t, h, state, k0)
         middle = step(body, around, drive, magnets, t, HALF * h, state, k0)
-        k = rates(body, around, drive, magnets, t + HALF * h, middle)
+        k, lag = rates_at(body, around, magnets, pose(drive, t + HALF * h), middle)
         halves = step(body, around, drive, magnets, t + HALF * h, HALF * h, middle, k)
-        return normalized(halves), wp.sqrt(scaled_square(FIFTEENTH * (halves - whole), control))
+        return normalized(halves), wp.sqrt(scaled_square(FIFTEENTH * (halves - whole), control)), lag
 
     return trial
 

@@ -1,7 +1,5 @@
 """Runs in the lanes of vector registers: bit for bit what each is alone, and what cannot be said in lanes."""
 
-import math
-
 import numpy as np
 import pytest
 import warp as wp
@@ -10,7 +8,6 @@ from helimag.engine import MULTIREVOLUTION, advance, system_of
 from helimag.engine.batch import Stepping, fits_lanes
 from helimag.engine.lanes import LANES, Translation
 from helimag.engine.system import System
-from helimag.engine.turns import NODES, build_small_turn
 from helimag.physics import magnetics
 from helimag.scenario import load
 
@@ -105,13 +102,6 @@ def draws(x: wp.float64) -> wp.float64:
 def test_what_cannot_be_said_over_lanes_is_refused(function, words):
     with pytest.raises(TypeError, match=words):
         Translation().function(function)
-
-
-def test_small_turns_are_cosines_and_sines():
-    small_turn = build_small_turn()
-    for angle in np.linspace(-2.0 * math.pi / NODES, 2.0 * math.pi / NODES, 41):
-        found = small_turn(wp.float64(angle))
-        np.testing.assert_allclose(np.array(found), [math.cos(angle), math.sin(angle)], rtol=3e-16, atol=0.0)
 
 
 @wp.func

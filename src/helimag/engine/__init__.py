@@ -34,6 +34,7 @@ from helimag.engine.system import (
     build_balance,
     build_load,
     build_rates,
+    build_rates_at,
     frame_moves,
     system_of,
 )
@@ -63,6 +64,7 @@ __all__ = [
     "build_balance",
     "build_load",
     "build_rates",
+    "build_rates_at",
     "carrying_velocity",
     "forward",
     "frame_moves",

@@ -134,7 +134,8 @@ def packed(
     runs.surroundings = system.medium.pack(scenarios, device)
     runs.drives = pack_drives(scenarios, device)
     runs.magnets = wp.array(pack_magnets(scenarios), dtype=FieldSource, device=device)
-    runs.controls = wp.array(pack_controls(scenarios, settings.tolerance), dtype=Control, device=device)
+    controls = pack_controls(scenarios, settings.tolerance, system.medium.longest_step)
+    runs.controls = wp.array(controls, dtype=Control, device=device)
     runs.bounds = wp.array(pack_bounds(scenarios), dtype=Bounds, device=device)
     runs.schedules = wp.array(pack_schedules(scenarios), dtype=Schedule, device=device)
     runs.progress, runs.records, runs.memory = progress, records, memory

@@ -1,5 +1,6 @@
 """Step control: how large a run's steps may be, and the next one from the error of the last."""
 
+import math
 from collections.abc import Sequence
 from functools import cache
 
@@ -25,12 +26,12 @@ class Control:
     length: wp.float64  # m
 
 
-def pack_controls(scenarios: Sequence[Scenario], tolerance: float) -> NDArray[np.void]:
-    """Step control of each run as the kernels take it."""
+def pack_controls(scenarios: Sequence[Scenario], tolerance: float, longest: float) -> NDArray[np.void]:
+    """Step control of each run as the kernels take it; no step is longer than ``longest`` turns of the magnet."""
     return structs(
         Control,
         [
-            {"longest": _longest_step(scenario), "tolerance": tolerance, "length": _length(scenario.device)}
+            {"longest": _longest_step(scenario, longest), "tolerance": tolerance, "length": _length(scenario.device)}
             for scenario in scenarios
         ],
     )
@@ -41,11 +42,11 @@ def _length(device: Device) -> float:
     return device.length if device.helix is None else device.helix.length
 
 
-def _longest_step(scenario: Scenario) -> float:
-    """An eighth of a turn, and no step that leaps over a sample of the path (s)."""
-    path = scenario.drive.path
-    eighth = 1.0 / (8.0 * abs(scenario.drive.frequency))
-    return eighth if path is None else min(eighth, 2.0 * path.duration / (len(path.position) - 1))
+def _longest_step(scenario: Scenario, turns: float) -> float:
+    """So many turns of the magnet and of its yaw, and no step that leaps over a sample of the path (s)."""
+    drive = scenario.drive
+    part = turns / max(abs(drive.frequency), abs(drive.yaw_rate) / (2.0 * math.pi))
+    return part if drive.path is None else min(part, 2.0 * drive.path.duration / (len(drive.path.position) - 1))
 
 
 @wp.func

@@ -29,6 +29,7 @@ auto each_sign = [](Lanes x) {{ return x < Lanes(0.0) ? Lanes(-1.0) : Lanes(1.0)
 auto each_where = [](auto asked, Lanes a, Lanes b) {{ return asked ? a : b; }};
 auto each_length = [](const auto& a) {{ return __builtin_elementwise_sqrt(wp::dot(a, a)); }};
 auto each_dot = [](const auto& a, const auto& b) {{ return wp::dot(a, b); }};
+auto each_cw_mul = [](const auto& a, const auto& b) {{ return wp::cw_mul(a, b); }};
 auto each_transpose = [](const auto& a) {{ return wp::transpose(a); }};
 auto each_zeros = [] {{ return 0; }};
 auto number = [](auto x) {{ if constexpr (__is_same(decltype(x), Lanes)) return x; else return Lanes(double(x)); }};
@@ -37,7 +38,7 @@ auto times = [](auto a, auto b) {{
     else return a * b;
 }};
 """
-EACH = ("sqrt", "abs", "min", "max", "sign", "where", "length", "dot", "transpose", "zeros")
+EACH = ("sqrt", "abs", "min", "max", "sign", "where", "length", "dot", "cw_mul", "transpose", "zeros")
 OPERATORS: Mapping[type, str] = {
     ast.Add: "+",
     ast.Sub: "-",
@@ -265,8 +266,8 @@ class _Writer:
         if called is wp.float64:
             return f"number({values[0]})"
         kind, filled = self._translation.structure(called), ", ".join(values)
-        few = shape_of(called)[:1] < (5,)  # those have a constructor of their own
-        return f"{kind}({filled})" if few and values else f"{kind}({{{filled}}})" if values else f"{kind}{{}}"
+        plain = shape_of(called)[:1] < (5,) or len(values) == 1  # those have a constructor of their own
+        return f"{kind}({filled})" if plain and values else f"{kind}({{{filled}}})" if values else f"{kind}{{}}"
 
     def _constant(self, value: Any) -> str:
         """A constant that the kernel is built with."""
@@ -274,6 +275,8 @@ class _Writer:
             return f"Lanes({float(value).hex()})"
         if isinstance(value, int | wp.int32):
             return str(int(value))
+        if len(shape_of(type(value))) == 1:
+            return f"{lanes_type(type(value))}({{{', '.join(self._constant(number) for number in value)}}})"
         raise TypeError(f"{value!r} is no constant that is known here")
 
     def _meant(self, node: ast.expr) -> Any:

@@ -15,16 +15,17 @@ from helimag.engine.dense import KEPT, STAGES
 from helimag.engine.events import Bounds, clearance
 from helimag.engine.methods import Method
 from helimag.engine.moving import gone_on
+from helimag.engine.poses import poses_of
 from helimag.engine.progress import Progress
 from helimag.engine.recording import build_within, recorded
 from helimag.engine.samples import Record, Schedule, sample_time, statistics_from, stepped_with
-from helimag.engine.synchrony import lag_vector, synchrony_with
-from helimag.engine.system import System, build_balance, build_load, build_rates, clear_of_walls, leaps_hold
+from helimag.engine.synchrony import synchrony_with
+from helimag.engine.system import System, build_rates_at, clear_of_walls, leaps_hold
 from helimag.engine.touches import touches_with
 from helimag.engine.turns import NODES
 from helimag.outcomes import End
-from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
-from helimag.physics.kinematics import State, head_position, rotation_matrix
+from helimag.physics.balance import SHEETS, Sheet, Swimmer
+from helimag.physics.kinematics import Instant, State, head_position, rotation_matrix
 from helimag.physics.magnetics import FieldSource
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -51,11 +52,11 @@ def within_reach(schedule: Schedule, sample: int, due: wp.float64, reach: wp.flo
 def build_attempt(system: System, method: Method) -> wp.Function:
     """Make the function that tries one step towards a sample, under error control and with an eye on events.
 
-    It returns whether the step was taken, how long it was, the time, the step to try next, the state, the middle of the
-    next step with what is around it, rates and lag vector, and the run's status.
+    It returns whether the step was taken, how long it was, the instant, the step to try next, the state, the middle of
+    the next step with what is around it, rates, lag vectors within the step and at its end, and the run's status.
     """
-    drive_type, pose_model, medium = system.drive_type, system.pose, system.medium
-    load, balance, trial = build_load(system.magnet), build_balance(medium.response), method.build(system)
+    drive_type, medium, poses = system.drive_type, system.medium, poses_of(system.pose)
+    rates_at, trial, instant, pose_at = build_rates_at(system), method.build(system), poses.instant, poses.at
     dense = method.course is not None
     surroundings_type, here_type, local = medium.surroundings_type, medium.here_type, medium.local
     rescaled = build_rescaled(method.error_order, method.safety)
@@ -74,7 +75,7 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         schedule: Schedule,
         sample: int,
         due: wp.float64,
-        now: wp.float64,
+        now: Instant,
         step: wp.float64,
         state: State,
         middle: State,
@@ -83,23 +84,24 @@ def build_attempt(system: System, method: Method) -> wp.Function:
     ):
         end = due
         if wp.static(dense):
-            end = within_reach(schedule, sample, due, now + REACH * wp.min(step, control.longest))
+            end = within_reach(schedule, sample, due, now.time + REACH * wp.min(step, control.longest))
         # equal steps to the sample, so that landing on it never costs a tiny one
-        count = wp.ceil((end - now) / wp.min(step, control.longest))
-        dt = (end - now) / count
-        t = now + dt
+        count = wp.ceil((end - now.time) / wp.min(step, control.longest))
+        dt = (end - now.time) / count
+        t = now.time + dt
         if count == ONE:
             t = end
-        new, error = trial(body, here, drive, magnets, control, now, dt, state, k0, kept, due < t)
+        new, error, lag_within = trial(body, here, drive, magnets, control, now, dt, state, k0, kept, due < t)
         lag = wp.vec2d()
         if not error <= ONE:
             shorter = wp.min(rescaled(dt, error), HALF * dt)
             broken = wp.where(shorter < SHORTEST, NOT_FINITE, RUNNING)
-            return REJECTED, dt, now, shorter, state, middle, here, k0, lag, broken
-        pose = pose_model(drive, t)
+            return REJECTED, dt, now, shorter, state, middle, here, k0, lag, lag, broken
+        then = instant(drive, t)
+        pose = pose_at(drive, then)
         least, kind = clearance(bounds, magnets, pose, new)
         if least < ZERO and dt > EVENT_TIME:
-            return LOCATING, dt, now, HALF * dt, state, middle, here, k0, lag, RUNNING
+            return LOCATING, dt, now, HALF * dt, state, middle, here, k0, lag, lag, RUNNING
         if least >= ZERO:
             kind = RUNNING
         # surroundings as half way through the next step, if that goes on as this one went: second order in the step;
@@ -108,18 +110,18 @@ def build_attempt(system: System, method: Method) -> wp.Function:
         following_middle = gone_on(state, dt * k0, new, share)
         there = local(surroundings, head_position(following_middle), rotation_matrix(following_middle), sheets)
         following = wp.min(rescaled(dt, error), growth * step)
-        field, force = load(magnets, pose, head_position(new), moment_of(body, new))
-        rates = balance(body, there, new, force, field)
-        return TAKEN, dt, t, following, new, following_middle, there, rates, lag_vector(field, new), kind
+        rates, lag = rates_at(body, there, magnets, pose, new)
+        return TAKEN, dt, then, following, new, following_middle, there, rates, lag_within, lag, kind
 
     return attempt
 
 
 @cache
 def build_looked(system: System) -> wp.Function:
-    """Make the function that looks around where a run stands: surroundings of its next step, and rates."""
+    """Make the function that looks around where a run stands: the instant, surroundings of its next step, rates."""
     drive_type, around_type, local = system.drive_type, system.medium.surroundings_type, system.medium.local
-    rates = build_rates(system)
+    rates_at, poses = build_rates_at(system), poses_of(system.pose)
+    instant, pose_at = poses.instant, poses.at
 
     @wp.func
     def looked(
@@ -131,7 +133,9 @@ def build_looked(system: System) -> wp.Function:
         p: Progress,
     ):
         here = local(around, head_position(p.middle), rotation_matrix(p.middle), sheets)
-        return here, rates(body, here, drive, magnets, p.time, p.state)
+        now = instant(drive, p.time)
+        rates, lag = rates_at(body, here, magnets, pose_at(drive, now), p.state)
+        return now, here, rates
 
     return looked
 
@@ -166,7 +170,7 @@ def build_until(system: System, method: Method) -> wp.Function:
         body, around, drive, rpm = runs.bodies[run], runs.surroundings[run], runs.drives[run], runs.magnets[run]
         control, bound, schedule, left, fine = runs.controls[run], runs.bounds[run], runs.schedules[run], most, int(0)
         sheets, kept = wp.zeros(shape=SHEETS, dtype=Sheet), wp.zeros(shape=KEPT, dtype=State)
-        here, k0 = looked(body, around, sheets, drive, rpm, p)
+        now, here, k0 = looked(body, around, sheets, drive, rpm, p)
         p = begun(p, schedule, run, runs.records)
         while left > 0 and p.status == RUNNING and fine == 0:
             if wp.static(leaping):  # noqa: SIM102 - a branch on a constant alone is left out of the kernel
@@ -176,12 +180,15 @@ def build_until(system: System, method: Method) -> wp.Function:
             due = sample_time(schedule, p.sample)
             if fine == 0 and p.time < due and (wp.static(not leaping) or p.time < p.leap.ready):
                 climb = k0[2]
-                outcome, dt, t, step, new, middle, here, k0, lag, status = attempt(
-                    body, around, sheets, here, drive, rpm, control, bound, schedule, p.sample, due, p.time, p.step,
+                outcome, dt, now, step, new, middle, here, k0, lag_within, lag, status = attempt(
+                    body, around, sheets, here, drive, rpm, control, bound, schedule, p.sample, due, now, p.step,
                     p.state, p.middle, k0, kept
                 )  # fmt: skip
                 if outcome == TAKEN:
+                    t = now.time
                     since = dt
+                    if due >= t:  # or else the samples within are seen
+                        p.synchrony = synchrony_with(p.synchrony, lag_within)
                     if wp.static(dense):  # noqa: SIM102 - likewise
                         if due < t:
                             runs.progress[run] = p

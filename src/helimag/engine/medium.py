@@ -7,6 +7,7 @@ from typing import Any
 
 import warp as wp
 
+from helimag.engine.poses import LONGEST
 from helimag.physics.balance import OpenWater, nothing_again, nothing_near, open_water
 from helimag.scenario import Scenario
 
@@ -60,6 +61,8 @@ class Medium:
         ``again(surroundings, position, rotation, sheets, look, known)``: ``local`` on row ``look`` of ``sheets``; where
         it is ``known`` (not zero) from a turn of the magnet much like this one, from what that left there. None for a
         medium that is as soon asked anew.
+    longest_step
+        Longest step (turns of the magnet): for how long what ``local`` told holds, but for what ``response`` knows.
     lanes
         Whether ``response`` is known to be said over lanes, see :mod:`helimag.engine.lanes`.
     """
@@ -72,6 +75,7 @@ class Medium:
     clear: "Medium | None" = None
     beyond: wp.Function = unheld
     again: wp.Function | None = None
+    longest_step: float = 0.125
     lanes: bool = False
 
     @property
@@ -85,4 +89,4 @@ class Medium:
         return self.response.input_types["here"]
 
 
-OPEN_WATER = Medium(alike=Alike.EVERYWHERE, again=nothing_again, lanes=True)
+OPEN_WATER = Medium(alike=Alike.EVERYWHERE, again=nothing_again, longest_step=LONGEST, lanes=True)

@@ -13,14 +13,16 @@ import warp as wp
 from helimag.engine import tableau
 from helimag.engine.control import Control, scaled_square
 from helimag.engine.dense import build_course
+from helimag.engine.poses import poses_of
 from helimag.engine.stages import STAGES, Stages, weighted_sum
-from helimag.engine.system import System, build_rates
+from helimag.engine.system import System, build_rates_at
 from helimag.errors import InputError
 from helimag.physics.balance import Swimmer
-from helimag.physics.kinematics import State, normalized
+from helimag.physics.kinematics import Instant, State, normalized
 from helimag.physics.magnetics import FieldSource
 
 LOW_SHARE = wp.constant(wp.float64(0.01))  # of the order-3 estimate in DOP853's blend
+WITHIN = 9  # stage in the middle of a step, at 0.6 of it
 COMPONENTS = wp.constant(wp.float64(7.0))
 ZERO = wp.constant(wp.float64(0.0))
 # fewest trial steps on the reference runs (benchmarks/step_control.py)
@@ -39,9 +41,10 @@ class Method:
     error_order
         Power of the step with which the error estimate falls.
     build
-        ``build(system)`` makes the Warp function ``trial(body, here, drive, magnets, control, t, h, state, k0, kept,
-        keep)``: the state after a step of ``h`` (s) from ``state``, whose rates are ``k0``; and its error in units of
-        the tolerance. Where it is to ``keep`` what ``course`` asks for, it leaves that in ``kept``, an array of states.
+        ``build(system)`` makes the Warp function ``trial(body, here, drive, magnets, control, now, h, state, k0, kept,
+        keep)``: the state after a step of ``h`` (s) from ``state`` at an instant, whose rates are ``k0``; its error in
+        units of the tolerance; and a lag vector from the middle, for slips that a long step would pass over. Where it
+        is to ``keep`` what ``course`` asks for, it leaves that in ``kept``, an array of states.
     safety
         Share of the step that would just meet the tolerance to try next.
     growth
@@ -75,7 +78,9 @@ def blended_error(low: State, high: State, h: wp.float64, control: Control) -> w
 @cache
 def build_dop853(system: System) -> wp.Function:
     """Make DOP853's step for a system."""
-    rates, drive_type, here_type = build_rates(system), system.drive_type, system.medium.here_type
+    rates, drive_type, here_type = build_rates_at(system), system.drive_type, system.medium.here_type
+    poses = poses_of(system.pose)
+    drive_ahead, pose_at_stage = poses.ahead, poses.at_stage
     argument = [None] + [weighted_sum(tableau.A[i, :i]) for i in range(1, STAGES)]
     times = [wp.float64(float(c)) for c in tableau.C]
     result, low, high = (weighted_sum(weights) for weights in (tableau.B, tableau.E3[:STAGES], tableau.E5[:STAGES]))
@@ -87,7 +92,7 @@ def build_dop853(system: System) -> wp.Function:
         drive: drive_type,
         magnets: wp.array(dtype=FieldSource),
         control: Control,
-        t: wp.float64,
+        now: Instant,
         h: wp.float64,
         state: State,
         k0: State,
@@ -96,13 +101,20 @@ def build_dop853(system: System) -> wp.Function:
     ):
         k = Stages()
         k[0] = k0
+        ahead = drive_ahead(drive, h)
+        lag_within = wp.vec2d()
         for i in range(1, STAGES):
             stage = state + h * wp.static(argument[i])(k)
-            k[i] = rates(body, here, drive, magnets, t + wp.static(times[i]) * h, stage)
+            pose = pose_at_stage(drive, now, ahead, i, wp.static(times[i]) * h)
+            there, lag = rates(body, here, magnets, pose, stage)
+            k[i] = there
+            if i == WITHIN:
+                lag_within = lag
         if keep:
             for i in range(STAGES):
                 kept[i] = k[i]
-        return normalized(state + h * result(k)), blended_error(low(k), high(k), h, control)
+        error = blended_error(low(k), high(k), h, control)
+        return normalized(state + h * result(k)), error, lag_within
 
     return trial
 

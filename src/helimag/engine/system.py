@@ -12,6 +12,7 @@ from typing import Any
 import warp as wp
 
 from helimag.engine.medium import OPEN_WATER, Alike, Medium
+from helimag.engine.synchrony import lag_vector
 from helimag.physics import magnetics
 from helimag.physics.balance import Swimmer, load_on, moment_of
 from helimag.physics.kinematics import (
@@ -133,10 +134,24 @@ def build_balance(response: wp.Function) -> wp.Function:
 
 
 @cache
+def build_rates_at(system: System) -> wp.Function:
+    """Make the right-hand side of the equations of motion: rates of a state, and its lag vector, at a pose."""
+    here_type = system.medium.here_type
+    load, balance = build_load(system.magnet), build_balance(system.medium.response)
+
+    @wp.func
+    def rates_at(body: Swimmer, here: here_type, magnets: wp.array(dtype=FieldSource), pose: RpmPose, state: State):
+        field, force = load(magnets, pose, head_position(state), moment_of(body, state))
+        return balance(body, here, state, force, field), lag_vector(field, state)
+
+    return rates_at
+
+
+@cache
 def build_rates(system: System) -> wp.Function:
-    """Make the right-hand side of the equations of motion: rates of a state at ``t`` (s)."""
+    """Make the function that gives the rates of a state at ``t`` (s)."""
     drive_type, here_type = system.drive_type, system.medium.here_type
-    load, balance, pose_model = build_load(system.magnet), build_balance(system.medium.response), system.pose
+    rates_at, pose_model = build_rates_at(system), system.pose
 
     @wp.func
     def rates(
@@ -147,7 +162,7 @@ def build_rates(system: System) -> wp.Function:
         t: wp.float64,
         state: State,
     ) -> State:
-        field, force = load(magnets, pose_model(drive, t), head_position(state), moment_of(body, state))
-        return balance(body, here, state, force, field)
+        found, lag = rates_at(body, here, magnets, pose_model(drive, t), state)
+        return found
 
     return rates

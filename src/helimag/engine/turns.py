@@ -11,10 +11,10 @@ import warp as wp
 
 from helimag.engine import tableau
 from helimag.engine.moving import frame_rates, gone_on
+from helimag.engine.poses import StageSpins, build_stage_spins, spin_at_stage
 from helimag.engine.stages import STAGES, Stages, weighted_sum
-from helimag.engine.synchrony import lag_vector
-from helimag.engine.system import System, build_balance, build_load
-from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
+from helimag.engine.system import System, build_rates_at
+from helimag.physics.balance import SHEETS, Sheet, Swimmer
 from helimag.physics.kinematics import (
     ArmMotion,
     RpmPose,
@@ -40,9 +40,6 @@ HALF_SINE = wp.constant(wp.float64(math.sin(math.pi / NODES)))
 ROLL_SHARE = wp.constant(wp.float64(ROLL_PER_STEP))
 ROLL_FACTOR = wp.constant(wp.float64(2e-7))  # twice mu0 / (4 pi), T m/A: the field on the axis of a dipole
 
-ANGLES = STAGES + 1
-TERMS = 9  # of the series of cosine and sine
-StageSpins = wp.types.matrix(shape=(ANGLES, 2), dtype=wp.float64)
 Nodes = wp.types.vector(length=NODES, dtype=wp.float64)
 Shape = wp.types.matrix(shape=(NODES, 7), dtype=wp.float64)
 
@@ -101,7 +98,7 @@ def steps_between_nodes(
 def build_moving_rates(system: System) -> wp.Function:
     """Make the right-hand side in the moving frame: rates of a state, and its lag vector, at a spin of the magnet."""
     here_type = system.medium.here_type
-    load, balance = build_load(system.magnet), build_balance(system.medium.response)
+    rates_at = build_rates_at(system)
 
     @wp.func
     def rates(
@@ -112,49 +109,10 @@ def build_moving_rates(system: System) -> wp.Function:
         spin: wp.vec2d,
         state: State,
     ):
-        field, force = load(magnets, arm_pose(drive, spin), head_position(state), moment_of(body, state))
-        return balance(body, here, state, force, field) + frame_rates(drive, state), lag_vector(field, state)
+        found, lag = rates_at(body, here, magnets, arm_pose(drive, spin), state)
+        return found + frame_rates(drive, state), lag
 
     return rates
-
-
-@cache
-def build_small_turn() -> wp.Function:
-    """Make the function that gives cosine and sine of an angle within a step, at most a twelfth of a turn.
-
-    By their series, the rest of which is less than 1e-19: sums and products that all lanes of a register do at once.
-    """
-    even = [wp.float64((-1.0) ** k / math.factorial(2 * k)) for k in range(TERMS)]
-    odd = [wp.float64((-1.0) ** k / math.factorial(2 * k + 1)) for k in range(TERMS)]
-
-    @wp.func
-    def small_turn(angle: wp.float64) -> wp.vec2d:
-        square = angle * angle
-        cosine = wp.float64(wp.static(even[TERMS - 1]))
-        sine = wp.float64(wp.static(odd[TERMS - 1]))
-        for k in range(1, TERMS):
-            cosine = cosine * square + wp.static(even[TERMS - 1 - k])
-            sine = sine * square + wp.static(odd[TERMS - 1 - k])
-        return wp.vec2d(cosine, angle * sine)
-
-    return small_turn
-
-
-@cache
-def build_stage_spins() -> wp.Function:
-    """Make the function that gives cosine and sine of the spin's angle from the start to each stage and the end."""
-    shares, small_turn = [wp.float64(float(share)) for share in (*tableau.C[:STAGES], 1.0)], build_small_turn()
-
-    @wp.func
-    def stage_spins(angle: wp.float64) -> StageSpins:
-        spins = StageSpins()
-        for i in range(ANGLES):
-            at = small_turn(wp.static(shares[i]) * angle)
-            spins[i, 0] = at[0]
-            spins[i, 1] = at[1]
-        return spins
-
-    return stage_spins
 
 
 @cache
@@ -180,7 +138,7 @@ def build_spun_step(system: System) -> wp.Function:
         k[0] = k0
         for i in range(1, STAGES):
             stage = state + h * wp.static(argument[i])(k)
-            at = spin_ahead(spin, spins[i, 0], spins[i, 1])
+            at = spin_at_stage(spin, spins, i)
             there, lag = rates(body, here, drive, magnets, at, stage)
             k[i] = there
         return normalized(state + h * result(k))
@@ -213,7 +171,7 @@ def build_part_step(system: System) -> wp.Function:
         spins = stage_spins(wp.sign(drive.spin_rate) * part)
         k0, lag = rates(body, here, drive, magnets, spin, state)
         new = step(body, here, drive, magnets, spin, spins, h, state, k0)
-        return new, gone_on(state, h * k0, new, HALF), spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
+        return new, gone_on(state, h * k0, new, HALF), spin_at_stage(spin, spins, STAGES)
 
     return part_step
 
@@ -367,7 +325,7 @@ def build_turn(system: System) -> wp.Function:
                     look = (NODES * fine - left) // fine
                     here = again(around, head_position(middle), rotation_matrix(middle), sheets, look, known)
                 state = new
-                spin = spin_ahead(spin, spins[STAGES, 0], spins[STAGES, 1])
+                spin = spin_at_stage(spin, spins, STAGES)
                 k0, lag = rates(body, here, drive, magnets, spin, state)
                 result.cosine = wp.min(result.cosine, lag[0] / wp.max(wp.length(lag), TINY))
             if node == 0:

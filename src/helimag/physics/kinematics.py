@@ -63,18 +63,38 @@ def rpm_rotation(cos_yaw: wp.float64, sin_yaw: wp.float64, cos_pitch: wp.float64
     )
 
 
+@wp.struct
+class Instant:
+    """What a time comes to for a drive."""
+
+    time: wp.float64  # s
+    yaw: wp.vec2d  # cosine and sine, where the drive turns evenly
+    spin: wp.vec2d
+
+
 @wp.func
-def rpm_pose(drive: ArmMotion, t: wp.float64) -> RpmPose:
-    """Pose of the RPM at time ``t`` (s), eqs (1)-(3)."""
+def arm_instant(drive: ArmMotion, t: wp.float64) -> Instant:
+    """What ``t`` (s) comes to for a drive that turns evenly."""
     yaw = drive.yaw_rate * t
     spin = drive.spin_rate * t
-    cos_yaw = wp.cos(yaw)
-    sin_yaw = wp.sin(yaw)
+    return Instant(t, wp.vec2d(wp.cos(yaw), wp.sin(yaw)), wp.vec2d(wp.cos(spin), wp.sin(spin)))
+
+
+@wp.func
+def arm_pose_at(drive: ArmMotion, instant: Instant) -> RpmPose:
+    """Pose of the RPM at an instant, eqs (1)-(3)."""
+    yaw = instant.yaw
     pose = RpmPose()
-    pose.rotation = rpm_rotation(cos_yaw, sin_yaw, drive.cos_pitch, drive.sin_pitch)
-    pose.position = turn_z(drive.arm, cos_yaw, sin_yaw) + t * drive.velocity
-    pose.spin = wp.vec2d(wp.cos(spin), wp.sin(spin))
+    pose.rotation = rpm_rotation(yaw[0], yaw[1], drive.cos_pitch, drive.sin_pitch)
+    pose.position = turn_z(drive.arm, yaw[0], yaw[1]) + instant.time * drive.velocity
+    pose.spin = instant.spin
     return pose
+
+
+@wp.func
+def rpm_pose(drive: ArmMotion, t: wp.float64) -> RpmPose:
+    """Pose of the RPM at time ``t`` (s)."""
+    return arm_pose_at(drive, arm_instant(drive, t))
 
 
 # x, y, z (m), yaw, pitch, and what the spin is ahead of an even one (rad)

@@ -36,9 +36,9 @@ class FieldSource:
 @wp.func
 def dipole_field(r: wp.vec3d, moment: wp.vec3d) -> wp.vec3d:
     """Flux density (T) at ``r`` (m) from a point dipole ``moment`` (A m^2) at the origin: eq. (9)."""
-    distance = wp.length(r)
-    axis = r / distance
-    return (MU0_OVER_4PI / (distance * distance * distance)) * (THREE * wp.dot(axis, moment) * axis - moment)
+    inverse = ONE / wp.length(r)  # divisions take as long as all else here
+    axis = inverse * r
+    return (MU0_OVER_4PI * inverse * inverse * inverse) * (THREE * wp.dot(axis, moment) * axis - moment)
 
 
 @wp.func
@@ -47,11 +47,12 @@ def dipole_force(r: wp.vec3d, moment: wp.vec3d, m: wp.vec3d) -> wp.vec3d:
 
     The closed form of (m . grad) B in eq. (4); Yung, Landecker and Villani, Magn. Electr. Sep. 9 (1998) 39.
     """
-    distance = wp.length(r)
-    axis = r / distance
+    inverse = ONE / wp.length(r)
+    axis = inverse * r
     along_m = wp.dot(axis, m)
     along_moment = wp.dot(axis, moment)
-    scale = THREE * MU0_OVER_4PI / (distance * distance * distance * distance)
+    square = inverse * inverse
+    scale = THREE * MU0_OVER_4PI * (square * square)
     return scale * (along_m * moment + along_moment * m + (wp.dot(m, moment) - FIVE * along_m * along_moment) * axis)
 
 
@@ -63,8 +64,8 @@ def axial_field_and_force(r: wp.vec3d, axis: wp.vec3d, multipoles: Multipoles, m
     Electrodynamics, 3rd ed., sec. 3.3), its gradient (P_n' axis - P_(n+1)' r_hat) / r^(n+2). Converges outside the
     sphere around the magnet; only odd orders are summed, a uniform cylinder has no others.
     """
-    distance = wp.length(r)
-    r_hat = r / distance
+    inverse = ONE / wp.length(r)
+    r_hat = inverse * r
     cosine = wp.dot(r_hat, axis)
     along_m = wp.dot(r_hat, m)
     axis_m = wp.dot(axis, m)
@@ -76,7 +77,7 @@ def axial_field_and_force(r: wp.vec3d, axis: wp.vec3d, multipoles: Multipoles, m
     p = cosine
     dp = ONE
     ddp = wp.float64(0.0)
-    power = ONE / (distance * distance * distance)
+    power = inverse * inverse * inverse
     for order in range(1, HIGHEST_ORDER + 1):
         n = wp.float64(order)
         p_next = ((n + n + ONE) * cosine * p - n * p_before) / (n + ONE)
@@ -86,14 +87,14 @@ def axial_field_and_force(r: wp.vec3d, axis: wp.vec3d, multipoles: Multipoles, m
             scale = MU0_OVER_4PI * multipoles[order // 2] * power
             field += scale * (dp_next * r_hat - dp * axis)
             radial = (n + ONE + ONE) * (dp_next * along_m - dp * axis_m)
-            force += (scale / distance) * (
+            force += (scale * inverse) * (
                 (ddp_next * along_m - ddp * axis_m) * across + dp_next * (m - along_m * r_hat) - radial * r_hat
             )
         p_before = p
         p = p_next
         dp = dp_next
         ddp = ddp_next
-        power = power / distance
+        power = power * inverse
     return field, force
 
 
