@@ -32,7 +32,7 @@ from helimag.engine.moving import to_lab, to_moving
 from helimag.engine.progress import Leap, Progress
 from helimag.engine.samples import Record, Schedule
 from helimag.engine.system import System, clear_of_walls
-from helimag.engine.turn_memory import MOST_TURNS, SLOTS, Memory, chart_turn, slot_of, with_roll
+from helimag.engine.turn_memory import MOST_TURNS, SLOTS, Memory, after_turns, chart_turn, slot_of
 from helimag.engine.turns import FINEST, LEAST_STEPS_TOLERANCE, Shape, Turn, steps_between_nodes
 from helimag.physics.balance import Swimmer
 from helimag.physics.kinematics import ArmMotion, State, normalized, rpm_pose
@@ -156,7 +156,7 @@ def way_of(
         at = leap.number + wp.float64(j)
         weights = weights_at(curve, at)
         way.end = next_turn(jacobian, curve, weights, way.end)
-        way.error = doubted(jacobian, top, weights, way.error)
+        way.error = doubted(jacobian, top, weights[curve.oldest], way.error)
         state = from_chart(leap.reference, way.end)
         memory.path[run, j] = state
         memory.weights[run, j] = weights
@@ -360,8 +360,14 @@ def build_leapt(system: System, lanes: bool) -> wp.Function:
     ) -> Progress:
         period = TWO_PI / wp.abs(drive.spin_rate)
         known = wp.min(before.leap.known, ORDER)
-        first = before.leap.pushes - known
-        p = filled(body, around, drive, magnets, schedule, memory, run, first, known + 1, before, records)
+        sample, stats, walls = filled(
+            body, around, drive, magnets, schedule, memory, run, before.leap, before.sample, before.statistics,
+            before.synchrony.slips, before.touches.lately, records
+        )  # fmt: skip
+        p = before
+        p.sample = sample
+        p.statistics = stats
+        p.touches.lately = walls
         p.leap.number = p.leap.aim_number
         p.leap.pushes += 1
         p.leap.known += 1
@@ -369,7 +375,7 @@ def build_leapt(system: System, lanes: bool) -> wp.Function:
         p.leap.turns += wp.int64(p.leap.turns_aimed)
         p.leap.stride = stride_after(p.leap.turns_aimed, p.leap.error, known + 1)
         p.time = p.leap.origin + p.leap.number * period
-        p.state = to_lab(drive, p.time, with_roll(p.leap.aim, p.leap.roll * p.leap.number))
+        p.state = to_lab(drive, p.time, after_turns(p.leap.aim, p.leap.number))
         p.middle = p.state
         p.synchrony.lag = turn.lag
         if turn.lag[0] > ZERO:

@@ -35,38 +35,39 @@ Residuals = wp.types.matrix(shape=(6, SLOTS), dtype=wp.float64)
 
 @wp.struct
 class Curve:
-    """A polynomial through D(y) - A y at some turns, in Lagrange's form; in a chart."""
+    """A polynomial through D(y) - A y at some turns, in Lagrange's form, by the slots they are kept in; in a chart."""
 
-    count: wp.int32
+    oldest: wp.int32  # slot of the first of them
+    used: Weights  # 1 where it goes through the turn of a slot, 0 where not
     numbers: Weights
     divisors: Weights  # inverse product of the distances to all others
-    residuals: Residuals  # one column a turn; zero, as the divisors, where there is none
+    residuals: Residuals  # one column a slot; zero, as the divisors, where it does not
 
 
 @wp.func
 def curve_through(memory: Memory, run: int, first: int, count: int) -> Curve:
     """The polynomial through ``count`` turns from push number ``first`` on."""
     curve = Curve()
-    curve.count = count
-    for i in range(SLOTS):
-        if i < count:
-            slot = slot_of(first + i)
-            curve.numbers[i] = memory.numbers[run, slot]
+    curve.oldest = slot_of(first)
+    for slot in range(SLOTS):
+        if slot_of(slot + SLOTS - curve.oldest) < count:
+            curve.used[slot] = ONE
+            curve.numbers[slot] = memory.numbers[run, slot]
             residual = memory.residuals[run, slot]
             for c in range(6):
-                curve.residuals[c, i] = residual[c]
-    for i in range(SLOTS):
+                curve.residuals[c, slot] = residual[c]
+    for slot in range(SLOTS):
         product = ONE
         for other in range(SLOTS):
-            if i != other:
-                product *= wp.where(other < count, curve.numbers[i] - curve.numbers[other], ONE)
-        curve.divisors[i] = wp.where(i < count, ONE / product, ZERO)
+            if slot != other:
+                product *= wp.where(curve.used[other] > ZERO, curve.numbers[slot] - curve.numbers[other], ONE)
+        curve.divisors[slot] = wp.where(curve.used[slot] > ZERO, ONE / product, ZERO)
     return curve
 
 
 @wp.func
 def weights_at(curve: Curve, number: wp.float64) -> Weights:
-    """What each of the curve's turns counts at turn ``number``: Lagrange's polynomials.
+    """What each slot's turn counts at turn ``number``: Lagrange's polynomials.
 
     Loops of one length for curves of any, so that a compiler writes them out; where there is no turn they multiply by
     one.
@@ -75,12 +76,12 @@ def weights_at(curve: Curve, number: wp.float64) -> Weights:
     before = wp.float64(1.0)
     for i in range(SLOTS):
         weights[i] = before * curve.divisors[i]
-        before *= wp.where(i < curve.count, number - curve.numbers[i], ONE)
+        before *= wp.where(curve.used[i] > ZERO, number - curve.numbers[i], ONE)
     after = wp.float64(1.0)
     for k in range(SLOTS):
         i = SLOTS - 1 - k
         weights[i] *= after
-        after *= wp.where(i < curve.count, number - curve.numbers[i], ONE)
+        after *= wp.where(curve.used[i] > ZERO, number - curve.numbers[i], ONE)
     return weights
 
 
@@ -102,13 +103,13 @@ def ahead(jacobian: Square, curve: Curve, number: wp.float64, turns: int, y: Pla
 @wp.func
 def top_of(curve: Curve) -> Place:
     """The curve's highest divided difference, for a weight of one of its oldest turn."""
-    return (curve.residuals * curve.divisors) / curve.divisors[0]
+    return (curve.residuals * curve.divisors) / curve.divisors[curve.oldest]
 
 
 @wp.func
-def doubted(jacobian: Square, top: Place, weights: Weights, error: Place) -> Place:
+def doubted(jacobian: Square, top: Place, weight: wp.float64, error: Place) -> Place:
     """What the oldest turn in the curve changes in where the cheap map leads, one turn on: the error's estimate."""
-    return error + jacobian * error + weights[0] * top
+    return error + jacobian * error + weight * top
 
 
 @wp.func

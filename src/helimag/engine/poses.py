@@ -66,7 +66,7 @@ def build_stage_spins() -> wp.Function:
 
 
 @dataclass(frozen=True)
-class Poses:
+class MagnetPoses:
     """How the magnet's pose is worked out over a step.
 
     Attributes
@@ -88,12 +88,12 @@ class Poses:
 
 
 @cache
-def poses_of(pose: Callable[..., Any]) -> Poses:
+def poses_of(pose: Callable[..., Any]) -> MagnetPoses:
     """How poses of a drive are worked out: where it turns evenly, without cosines and sines at the stages."""
     return _even() if pose is rpm_pose else _any(pose)
 
 
-def _even() -> Poses:
+def _even() -> MagnetPoses:
     stage_spins = build_stage_spins()
 
     @wp.func
@@ -107,10 +107,10 @@ def _even() -> Poses:
         )
         return arm_pose_at(drive, later)
 
-    return Poses(arm_instant, arm_pose_at, ahead, at_stage)
+    return MagnetPoses(arm_instant, arm_pose_at, ahead, at_stage)
 
 
-def _any(pose: Callable[..., Any]) -> Poses:
+def _any(pose: Callable[..., Any]) -> MagnetPoses:
     drive_type = pose.input_types["drive"]  # type: ignore[attr-defined]
 
     @wp.func
@@ -131,4 +131,4 @@ def _any(pose: Callable[..., Any]) -> Poses:
     def at_stage(drive: drive_type, instant: Instant, ahead: wp.float64, i: int, dt: wp.float64) -> RpmPose:  # noqa: ARG001
         return pose(drive, instant.time + dt)
 
-    return Poses(instant, at, ahead, at_stage)
+    return MagnetPoses(instant, at, ahead, at_stage)

@@ -31,8 +31,6 @@ class Leap:
     pushes: wp.int32  # turns remembered so far
     known: wp.int32  # of them, those since leaping began
     age: wp.int32  # leaps since the Jacobian
-    seen_from: wp.int32  # number of the first sample that is remembered of a leap, and the first after these
-    seen_to: wp.int32
     followed: wp.int64  # turns that were followed
     turns: wp.int64  # turns that the run was taken over by leaps
 

@@ -8,7 +8,7 @@ from helimag.engine.columns import build_columns
 from helimag.engine.dense import state_at
 from helimag.engine.methods import Method
 from helimag.engine.progress import Progress
-from helimag.engine.samples import Record, Schedule, record_of, sample_time, statistics_from, stepped_with
+from helimag.engine.samples import Record, Schedule, gone_from, record_of, sample_time, stepped_with
 from helimag.engine.synchrony import lag_vector, synchrony_with
 from helimag.engine.system import System, build_balance, build_load
 from helimag.engine.touches import touches_with
@@ -24,7 +24,7 @@ def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d
     """The progress once the sample that is due, or the run's end, is recorded."""
     p = before
     records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips, p.touches.lately)
-    p.statistics = statistics_from(p.time, p.state)
+    p.statistics = gone_from(p.statistics, p.time)
     p.touches.lately = wp.int32(0)
     p.sample += 1
     if p.status == RUNNING and p.time >= schedule.duration:

@@ -90,6 +90,18 @@ def statistics_from(t: wp.float64, state: State) -> Statistics:
 
 
 @wp.func
+def gone_from(before: Statistics, t: wp.float64) -> Statistics:
+    """Statistics of an interval that begins at ``t``, where those of the one before have come to."""
+    stats = Statistics()
+    stats.last_height = before.last_height
+    stats.last_attack = before.last_attack
+    stats.low = before.last_height
+    stats.high = before.last_height
+    stats.begin = t
+    return stats
+
+
+@wp.func
 def stretched(stats: Statistics, height: wp.float64) -> Statistics:
     """The statistics with a height (m) among the extremes; by comparisons, each one instruction, as minimum is not."""
     if height < stats.low:
@@ -140,29 +152,27 @@ def stepped_with(
 
 
 @wp.func
-def looked_at(stats: Statistics, height: wp.float64, left: wp.float64, right: wp.float64) -> Statistics:
-    """The statistics with a height (m) in them that the head came to by a rise of ``left`` (m), as long before as it
-    goes on by ``right``: where the parabola through the three turns, if there, is in them too.
+def turning_at(height: wp.float64, left: wp.float64, right: wp.float64) -> wp.float64:
+    """A height (m) that the head came to by a rise of ``left`` (m), as long before as it goes on by ``right``; or where
+    the parabola through the three turns, if it does within half of that time.
     """
-    stats = stretched(stats, height)
     if left * right >= ZERO:
-        return stats
+        return height
     tilt = left + right
-    turn = height - tilt * tilt / (EIGHT * (right - left))
-    return stretched(stats, turn)
+    return height - tilt * tilt / (EIGHT * (right - left))
 
 
 @wp.func
 def record_of(stats: Statistics, t: wp.float64, state: State, slips: int, walls: int) -> Record:
-    """The sample that ends an interval at ``t``."""
+    """The sample that ends an interval at ``t``, which the statistics have come to."""
     record = Record()
     record.state = state
     record.slips = slips
     record.walls = walls
     record.low = stats.low
     record.high = stats.high
-    record.height = state[2]
-    record.attack = attack_angle(state)
+    record.height = stats.last_height
+    record.attack = stats.last_attack
     record.square = record.attack * record.attack
     span = t - stats.begin
     if span > ZERO:

@@ -5,7 +5,6 @@ turn, so that the shapes of turns that were leapt over are interpolated, by the 
 nodes. Heights between nodes are those of the trigonometric polynomial through them.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -25,7 +24,6 @@ SLOTS = 10  # turns remembered: as many as a polynomial goes through, and the on
 FINE = 2  # heights are looked at so many times between two nodes, and parabolas put through three looks
 LOOKS = wp.constant(FINE * NODES)
 COUNT = wp.constant(wp.float64(NODES))
-PI = wp.constant(wp.float64(math.pi))
 ONE = wp.constant(wp.float64(1.0))
 ZERO = wp.constant(wp.float64(0.0))
 AT_NODE = wp.constant(wp.float64(1e-9))  # of a turn: nearer than this is at the node
@@ -64,7 +62,7 @@ class Memory:
     path: wp.array2d(dtype=State)  # (runs, MOST_TURNS): where turns of the leap that is tried end
     seen: wp.array2d(dtype=State)  # (runs, LANES): samples of a leap, lab frame
     looks: wp.array3d(dtype=Sheet)  # (runs, NODES, SHEETS): what was around it in the turn followed last
-    weights: wp.array2d(dtype=Weights)  # (runs, MOST_TURNS): what remembered turns count in each of them
+    weights: wp.array2d(dtype=Weights)  # (runs, MOST_TURNS): what each slot counts in each of them
 
 
 ROOMS: dict[str, tuple[Any, ...]] = {  # of one run: kind and shape
@@ -149,35 +147,35 @@ def chart_turn(memory: Memory, run: int, slot: int, reference: State, miss: Plac
 
 
 @wp.func
-def heights_between(memory: Memory, run: int, first: int, count: int, weights: Weights) -> Heights:
-    """Heights of a turn beside straight, from turns remembered from push number ``first`` on (m)."""
+def heights_between(memory: Memory, run: int, weights: Weights) -> Heights:
+    """Heights of a turn beside straight, from turns remembered, by what each slot counts (m)."""
     total = Heights()
-    for i in range(count):
-        total += weights[i] * memory.heights[run, slot_of(first + i)]
+    for slot in range(SLOTS):
+        total += weights[slot] * memory.heights[run, slot]
     return total
 
 
 @wp.func
-def attacks_between(memory: Memory, run: int, first: int, count: int, weights: Weights) -> Nodes:
+def attacks_between(memory: Memory, run: int, weights: Weights) -> Nodes:
     """Attack angles of a turn beside straight, likewise (rad)."""
     total = Nodes()
-    for i in range(count):
-        total += weights[i] * memory.attacks[run, slot_of(first + i)]
+    for slot in range(SLOTS):
+        total += weights[slot] * memory.attacks[run, slot]
     return total
 
 
 @wp.func
-def node_between(
-    memory: Memory, run: int, first: int, count: int, weights: Weights, node: int, begin: State, end: State
-) -> State:
+def node_between(memory: Memory, run: int, weights: Weights, node: int, begin: State, end: State) -> State:
     """The state at a node of a turn from ``begin`` to ``end``, likewise; the turn's own roll off, see :class:`Turn`."""
     state = begin + (wp.float64(node) / COUNT) * (end - begin)
-    for i in range(count):
-        state += weights[i] * memory.nodes[run, slot_of(first + i), node - 1]
+    for slot in range(SLOTS):
+        state += weights[slot] * memory.nodes[run, slot, node - 1]
     return normalized(state)
 
 
 @wp.func
-def with_roll(state: State, turns: wp.float64) -> State:
-    """The state after the body rolled so many turns about its long axis."""
-    return rolled(state, wp.cos(PI * turns), wp.sin(PI * turns))
+def after_turns(state: State, number: wp.float64) -> State:
+    """The state after the body rolled a whole ``number`` of turns: each changes the sign of its quaternion."""
+    half = wp.float64(0.5) * number
+    sign = wp.where(half == wp.floor(half), ONE, -ONE)
+    return rolled(state, sign, ZERO)

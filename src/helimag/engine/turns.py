@@ -7,6 +7,7 @@ every stage is the spin at the step's start turned by an angle that is known whe
 import math
 from functools import cache
 
+import numpy as np
 import warp as wp
 
 from helimag.engine import tableau
@@ -37,6 +38,13 @@ TINY = wp.constant(wp.float64(1e-300))
 PER_NODE = wp.constant(wp.float64(2.0 * math.pi / NODES))
 HALF_COSINE = wp.constant(wp.float64(math.cos(math.pi / NODES)))
 HALF_SINE = wp.constant(wp.float64(math.sin(math.pi / NODES)))
+ANGLES = np.arange(NODES) * 2.0 * math.pi / NODES
+# cosine and sine of the angle at each node, and of half of it
+AT_NODES = wp.constant(
+    wp.types.matrix(shape=(NODES, 4), dtype=wp.float64)(
+        *np.stack([np.cos(ANGLES), np.sin(ANGLES), np.cos(ANGLES / 2.0), np.sin(ANGLES / 2.0)], axis=1).ravel().tolist()
+    )
+)
 ROLL_SHARE = wp.constant(wp.float64(ROLL_PER_STEP))
 ROLL_FACTOR = wp.constant(wp.float64(2e-7))  # twice mu0 / (4 pi), T m/A: the field on the axis of a dipole
 
@@ -207,8 +215,13 @@ def build_part_turn(system: System) -> wp.Function:
 @wp.func
 def spin_at_node(drive: ArmMotion, spin_at_start: wp.vec2d, node: int) -> wp.vec2d:
     """Cosine and sine of the magnet's spin at a node of a turn."""
-    so_far = wp.sign(drive.spin_rate) * wp.float64(node) * PER_NODE
-    return spin_ahead(spin_at_start, wp.cos(so_far), wp.sin(so_far))
+    return spin_ahead(spin_at_start, AT_NODES[node, 0], wp.sign(drive.spin_rate) * AT_NODES[node, 1])
+
+
+@wp.func
+def rolled_to_node(state: State, roll: wp.float64, node: int) -> State:
+    """The state after the body rolled from a turn's start to a node, ``roll`` (1 or -1) telling which way."""
+    return rolled(state, AT_NODES[node, 2], roll * AT_NODES[node, 3])
 
 
 @wp.func
