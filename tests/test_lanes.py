@@ -1,17 +1,29 @@
 """Runs in the lanes of vector registers: bit for bit what each is alone, and what cannot be said in lanes."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
 
-from helimag.engine import MULTIREVOLUTION, advance, system_of
-from helimag.engine.batch import Stepping, fits_lanes
+from helimag.engine import DOP853, MULTIREVOLUTION, advance, system_of
+from helimag.engine import running as running_module
+from helimag.engine.batch import Stepping, fits_lanes, goes_abreast
 from helimag.engine.lanes import LANES, Translation
 from helimag.engine.system import System
+from helimag.outcomes import End
 from helimag.physics import magnetics
 from helimag.scenario import load
 
 STEADY = load("nose-first/fig3c").replaced({"run.duration": 60.0})
+SLIPPING = load("paper/fig3b")  # and falling
+STEPPED = [
+    SLIPPING,
+    *(SLIPPING.replaced({"run.duration": 20.0, "drive.frequency": 1.0 + 1.4 * i}) for i in range(6)),
+    *(SLIPPING.replaced({"run.duration": 40.0, "drive.distance": 0.06 + 0.01 * i}) for i in range(3)),  # pulled in
+    *(load("nose-first/fig3b").replaced({"run.duration": 30.0, "drive.distance": 0.2 + 0.05 * i}) for i in range(3)),
+]
 NUMBERS = (0, 1, 2, 3, 5, 12, 17, 19, 21, 27, 98)  # of benchmarks/random_runs.py: circles, straight, two magnets
 
 
@@ -39,13 +51,50 @@ def test_cylinders_in_lanes_have_the_bits_that_each_has_alone():
         assert_alike(advance([run])[0], history)
 
 
+@pytest.mark.parametrize("method", [DOP853, MULTIREVOLUTION], ids=["direct", "leaps"])
+def test_runs_that_are_stepped_have_the_bits_that_each_has_alone(method):
+    """Thirteen, of other frequencies and magnets, that slip, fall and touch: each for as long as it takes."""
+    together = advance(STEPPED, method=method, threads=1)
+    assert {history.status for history in together} == {End.HORIZON, End.CONTACT, End.FALL}
+    assert sum(history.rejected for history in together) > 100
+    assert sum(history.progress["synchrony"]["slips"] > 50 for history in together) > 5
+    for run, history in zip(STEPPED, together, strict=True):
+        assert_alike(advance([run], method=method)[0], history)
+
+
+@pytest.mark.parametrize("interval", [0.5, 0.02, 0.003])
+def test_steps_abreast_are_the_same_wherever_launches_end_and_samples_lie(monkeypatch, interval):
+    """With samples many steps apart, about as far as steps are, and several within each."""
+    runs = [run.replaced({"run.duration": 1.5, "run.interval": interval}) for run in STEPPED]
+    alone = [advance([run], method=DOP853)[0] for run in runs]
+    monkeypatch.setattr(running_module, "MOST_FIRST_STEPS", 7)
+    monkeypatch.setattr(running_module, "next_budget", lambda *_: 7)
+    for one, other in zip(alone, advance(runs, method=DOP853, threads=1), strict=True):
+        assert one.time.size == math.ceil(1.5 / interval) + 1
+        assert_alike(one, other)
+
+
 Numbers = wp.types.vector(length=LANES, dtype=wp.float64)
+
+
+@wp.struct
+class Pair:
+    one: wp.float64
+    both: wp.vec2d
+
+
+@wp.func
+def summed(pair: Pair, twice: bool) -> wp.float64:
+    total = pair.one + pair.both[1]
+    if twice:
+        total += total
+    return total
 
 
 @wp.func
 def much(x: wp.float64, y: wp.float64) -> wp.float64:
     """All that can be said over lanes, in one."""
-    total = wp.float64(0.5)
+    total = summed(Pair(x, wp.vec2d(x, y)), True) - summed(Pair(y, wp.vec2d(y, x)), False)
     for i in range(3):
         total += wp.float64(i) * x
         if i == 1:
@@ -126,3 +175,23 @@ LONG_MAGNET = STEADY.replaced({"magnet.height": 0.1})
 )
 def test_runs_that_do_not_fit_lanes_take_their_way_without(runs, system, fit):
     assert fits_lanes(system, runs, Stepping(MULTIREVOLUTION)) is fit
+
+
+WALLED = STEADY.replaced({"workspace.floor": -1.0, "workspace.contact": "hold"})
+OTHER_METHOD = replace(DOP853, lanes=False)
+
+
+@pytest.mark.parametrize(
+    ("runs", "method", "abreast"),
+    [
+        ([STEADY] * 2, DOP853, True),
+        ([STEADY] * 2, OTHER_METHOD, False),
+        ([STEADY] * 2, replace(OTHER_METHOD, leaps=True), True),
+        ([STEADY], DOP853, False),
+        ([WALLED] * 2, DOP853, False),
+        ([WALLED] * 2, MULTIREVOLUTION, True),
+    ],
+    ids=["direct", "not known in lanes", "its turns are", "one run", "walls that hold", "turns clear of them"],
+)
+def test_runs_that_step_or_turn_abreast(runs, method, abreast):
+    assert goes_abreast(system_of(runs[0]), runs, Stepping(method)) is abreast

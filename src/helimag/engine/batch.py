@@ -93,31 +93,36 @@ def first_leap(system: System, drive: Drive) -> float:
 
 
 def fits_lanes(system: System, scenarios: Sequence[Scenario], settings: Stepping) -> bool:
-    """Whether samples of leaps are worked out in the lanes of vector registers: on a CPU, magnets of runs cut alike.
+    """Whether lanes of vector registers are of use: on a CPU, for an even drive, magnets of runs cut alike.
 
     The formulas must be those that :mod:`helimag.engine.lanes` is known to translate.
     """
-    leaps = settings.method.leaps and leaps_hold(system)
     known = system.magnet in MAGNET_MODELS.values() and clear_of_walls(system).medium.lanes
-    if not (leaps and known and settings.device == "cpu"):
+    if not (leaps_hold(system) and known and settings.device == "cpu"):
         return False
     slices = pack_magnets(scenarios)["slices"]
     return slices.shape[1] <= MOST_MAGNETS_IN_LANES and not np.ptp(slices, axis=0).any()
 
 
+def steps_abreast(system: System, method: Method) -> bool:
+    """Whether direct steps go into lanes: in open water, by a method that is known to be translated."""
+    return system.medium == OPEN_WATER and method.lanes
+
+
 def goes_abreast(system: System, scenarios: Sequence[Scenario], settings: Stepping) -> bool:
-    """Whether turns of several runs are followed at once: where lanes fit, and all water is open."""
-    open_water = clear_of_walls(system).medium == OPEN_WATER
-    return len(scenarios) > 1 and open_water and fits_lanes(system, scenarios, settings)
+    """Whether steps or turns of several runs are taken at once: where lanes fit, and all water is open."""
+    turns = settings.method.leaps and clear_of_walls(system).medium == OPEN_WATER
+    of_use = turns or steps_abreast(system, settings.method)
+    return len(scenarios) > 1 and of_use and fits_lanes(system, scenarios, settings)
 
 
 def build_kernel(system: System, method: Method, lanes: bool, abreast: bool) -> wp.Kernel:
-    """Make the kernel that takes runs their way: each by itself, or turns of several at once."""
+    """Make the kernel that takes runs their way: each by itself, or several at once."""
     if not abreast:
         return build_advance(system, method, lanes)
     from helimag.engine.pool import build_advance_abreast
 
-    return build_advance_abreast(system, replace(method, name=""))
+    return build_advance_abreast(system, replace(method, name=""), steps_abreast(system, method))
 
 
 def packed(

@@ -70,28 +70,21 @@ def _pull_reach(scenario: Scenario) -> float:
 
 @wp.func
 def clearance(bounds: Bounds, magnets: wp.array(dtype=FieldSource), pose: RpmPose, state: State):
-    """Least distance (m) to anything that ends the run, and the number of the End that would be."""
+    """Least distance (m) to anything that ends the run, and the number of the End that would be, as lanes hold it."""
     head = head_position(state)
     rotation = rotation_matrix(state)
     tail = head - bounds.tail * wp.vec3d(rotation[0, 0], rotation[1, 0], rotation[2, 0])
     least = head[2] - bounds.fall
-    kind = int(FALL)
+    kind = wp.float64(FALL)
     for j in range(magnets.shape[0]):
         gap = wp.length(head - pose.position - pose.rotation * magnets[j].offset) - bounds.contact
-        if gap < least:
-            least = gap
-            kind = int(CONTACT)
+        kind = wp.where(gap < least, wp.float64(CONTACT), kind)
+        least = wp.where(gap < least, gap, least)
     for i in range(3):
         below = wp.min(head[i] - bounds.head_radius, tail[i] - bounds.tail_radius) - bounds.low[i]
         above = bounds.high[i] - wp.max(head[i] + bounds.head_radius, tail[i] + bounds.tail_radius)
-        if below < least:
-            least = below
-            kind = int(WALL)
-            if i == 2:
-                kind = int(FLOOR)
-        if above < least:
-            least = above
-            kind = int(WALL)
-            if i == 2:
-                kind = int(SURFACE)
+        kind = wp.where(below < least, wp.float64(wp.where(i == 2, FLOOR, WALL)), kind)
+        least = wp.where(below < least, below, least)
+        kind = wp.where(above < least, wp.float64(wp.where(i == 2, SURFACE, WALL)), kind)
+        least = wp.where(above < least, above, least)
     return least, kind

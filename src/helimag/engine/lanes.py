@@ -32,6 +32,7 @@ auto each_dot = [](const auto& a, const auto& b) {{ return wp::dot(a, b); }};
 auto each_cw_mul = [](const auto& a, const auto& b) {{ return wp::cw_mul(a, b); }};
 auto each_transpose = [](const auto& a) {{ return wp::transpose(a); }};
 auto each_zeros = [] {{ return 0; }};
+auto in_lanes = [](auto of) {{ return Lanes{{{", ".join(f"of({lane})" for lane in range(LANES))}}}; }};
 auto number = [](auto x) {{ if constexpr (__is_same(decltype(x), Lanes)) return x; else return Lanes(double(x)); }};
 auto times = [](auto a, auto b) {{
     if constexpr (__is_class(decltype(a)) || __is_class(decltype(b))) return wp::mul(a, b);
@@ -186,7 +187,8 @@ class _Writer:
             case ast.For():
                 return self._loop(node)
             case ast.If(test=test, body=body, orelse=[]):
-                return f"if {self._value(test)} {{\n{self._block(body)}\n}}"
+                asked = f"({self._value(test)})" if isinstance(test, ast.Name) else self._value(test)
+                return f"if {asked} {{\n{self._block(body)}\n}}"
             case ast.Return(value=ast.Tuple(elts=values)):
                 found = " ".join(f"auto v{i} = {self._value(value)};" for i, value in enumerate(values))
                 kept = " ".join(f"decltype(v{i}) r{i};" for i in range(len(values)))
@@ -229,7 +231,7 @@ class _Writer:
     def _value(self, node: ast.expr) -> str:
         match node:
             case ast.Constant(value=int(value)):
-                return str(value)
+                return str(int(value))
             case ast.Constant(value=float(value)):
                 return value.hex()
             case ast.Name(id=name) if any(name in scope for scope in self._scopes):
@@ -266,6 +268,8 @@ class _Writer:
         if called is wp.float64:
             return f"number({values[0]})"
         kind, filled = self._translation.structure(called), ", ".join(values)
+        if fields_of(called):
+            return f"{kind}{{{filled}}}"
         plain = shape_of(called)[:1] < (5,) or len(values) == 1  # those have a constructor of their own
         return f"{kind}({filled})" if plain and values else f"{kind}({{{filled}}})" if values else f"{kind}{{}}"
 

@@ -395,12 +395,9 @@ def build_leapt(system: System, lanes: bool) -> wp.Function:
 
 
 @wp.func
-def watched(leap: Leap, spin_rate: wp.float64, t: wp.float64, lag: wp.vec2d) -> Leap:
-    """No leap before the device has been in step for a turn."""
-    after = leap
-    if not in_step(lag):
-        after.ready = wp.max(leap.ready, t + TWO_PI / wp.abs(spin_rate))
-    return after
+def ready_with(ready: wp.float64, spin_rate: wp.float64, t: wp.float64, lag: wp.vec2d) -> wp.float64:
+    """When leaps may begin (s), with a step to ``t`` behind: not before the device has been in step for a turn."""
+    return wp.where(in_step(lag), ready, wp.max(ready, t + TWO_PI / wp.abs(spin_rate)))
 
 
 @wp.func

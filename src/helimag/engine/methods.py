@@ -51,6 +51,8 @@ class Method:
         By how much a step may be longer than the one before.
     leaps
         Whether runs leap over turns of the magnet where that holds, see :mod:`helimag.engine.leaping`.
+    lanes
+        Whether ``trial`` is known to be said over lanes, see :mod:`helimag.engine.lanes`.
     course
         ``course(system)`` makes the function that gives the states within a step, see
         :func:`helimag.engine.dense.build_course`; without one, steps end where samples are due.
@@ -62,6 +64,7 @@ class Method:
     safety: float = SAFETY
     growth: float = GROWTH
     leaps: bool = False
+    lanes: bool = False
     course: Callable[[System], wp.Function] | None = None
 
 
@@ -70,9 +73,8 @@ def blended_error(low: State, high: State, h: wp.float64, control: Control) -> w
     """DOP853's blend of its estimates of order 3 and 5: a root mean square in units of the tolerance."""
     low_sum = scaled_square(low, control)
     high_sum = scaled_square(high, control)
-    if high_sum == ZERO:
-        return ZERO
-    return wp.abs(h) * high_sum / wp.sqrt((high_sum + LOW_SHARE * low_sum) * COMPONENTS)
+    blend = wp.abs(h) * high_sum / wp.sqrt((high_sum + LOW_SHARE * low_sum) * COMPONENTS)
+    return wp.where(high_sum == ZERO, ZERO, blend)
 
 
 @cache
@@ -119,7 +121,7 @@ def build_dop853(system: System) -> wp.Function:
     return trial
 
 
-DOP853 = Method("DOP853", 8, build_dop853, course=build_course)
+DOP853 = Method("DOP853", 8, build_dop853, lanes=True, course=build_course)
 MULTIREVOLUTION = replace(DOP853, name="DOP853, multi-revolution", leaps=True)
 METHODS = {"multirevolution": MULTIREVOLUTION, "direct": DOP853}
 DEFAULT = "multirevolution"  # benchmarks/random_runs.py says where it holds

@@ -20,16 +20,14 @@ RUNNING, HORIZON = (wp.constant(end.flag) for end in (End.RUNNING, End.HORIZON))
 
 
 @wp.func
-def recorded(before: Progress, schedule: Schedule, run: int, records: wp.array2d(dtype=Record)) -> Progress:
-    """The progress once the sample that is due, or the run's end, is recorded."""
-    p = before
+def recorded(p: wp.ref[Progress], schedule: Schedule, run: int, records: wp.array2d(dtype=Record)):
+    """Record the sample that is due, or the run's end."""
     records[run, p.sample] = record_of(p.statistics, p.time, p.state, p.synchrony.slips, p.touches.lately)
     p.statistics = gone_from(p.statistics, p.time)
     p.touches.lately = wp.int32(0)
-    p.sample += 1
+    p.sample = p.sample + 1
     if p.status == RUNNING and p.time >= schedule.duration:
         p.status = HORIZON
-    return p
 
 
 @cache
@@ -66,7 +64,7 @@ def build_within(system: System, method: Method) -> wp.Function:
             climb = rates[2]
             samples += 1
             p.time = due
-            p = recorded(p, schedule, run, runs.records)
+            recorded(p, schedule, run, runs.records)
             due = sample_time(schedule, p.sample)
         runs.progress[run] = p
         return climb, end - p.time, samples

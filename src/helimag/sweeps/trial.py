@@ -23,7 +23,7 @@ from helimag.sweeps.resolved import ResolvedPlan, Value, resolve
 from helimag.sweeps.rounds import check_first, scenarios
 from helimag.sweeps.store import Store, check_names, kept_of
 
-FEWEST_RUNS, MOST_RUNS = 8, 400  # of a trial
+FEWEST_RUNS, MOST_RUNS = 8, 400  # of a trial: for each core that steps runs abreast, and in all
 TRIAL_SECONDS = 3.0  # of whole runs, where so many can be made
 SHORT_SHARE = 0.05  # of the duration of a run that is only begun, but at least ...
 SHORT_SECONDS = 60.0  # ... this long, as far as the runs are
@@ -44,8 +44,8 @@ class Estimate:
 def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate:
     """Make some runs of a sweep as it would, and extrapolate to all.
 
-    Whole runs, where a few seconds suffice for :data:`FEWEST_RUNS`; otherwise these are begun for a twentieth of their
-    duration, and ends before their time, which make runs cheaper, are not seen.
+    Whole runs, where a few seconds suffice for :data:`FEWEST_RUNS`; otherwise as many for each thread are begun for a
+    twentieth of their duration, and ends before their time, which make runs cheaper, are not seen.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def estimate(plan: Plan | str | Path, *, threads: int | None = None) -> Estimate
     check_names(resolved)
     check_first(resolved)
     cores = threads or os.cpu_count() or 1
-    first = scenarios(resolved, _spread_points(resolved, max(FEWEST_RUNS, cores)))
+    first = scenarios(resolved, _spread_points(resolved, min(MOST_RUNS, FEWEST_RUNS * cores)))
     valid = [scenario for scenario in first if scenario is not None]
     if not valid:
         raise InputError("none of the plan's points that were tried makes a valid scenario")
