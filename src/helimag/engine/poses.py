@@ -17,8 +17,8 @@ from helimag.engine.stages import STAGES
 from helimag.physics.kinematics import ArmMotion, Instant, RpmPose, arm_instant, arm_pose_at, rpm_pose
 
 ANGLES = STAGES + 1
-LONGEST = 0.25  # of a turn of the magnet: as far as the series go
-TERMS = 11  # of the series of cosine and sine
+LONGEST = 1.0 / 3.0  # of a turn of the magnet: as far as the series go
+TERMS = 13  # of the series of cosine and sine
 Shares = wp.types.vector(length=ANGLES, dtype=wp.float64)
 StageSpins = wp.types.matrix(shape=(2, ANGLES), dtype=wp.float64)
 
