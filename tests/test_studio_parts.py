@@ -218,6 +218,19 @@ def test_the_whole_answer_is_of_the_run_itself():
     assert news[-2].answer.gain == hm.simulate(LONG).gain
 
 
+def test_a_run_that_slips_is_refined_when_the_hand_rests():
+    """At once it has steps as sweeps have; then the numbers, and the picture, are those of the command."""
+    slipping = SHORT.replaced({"drive.frequency": "5 Hz", "drive.distance": "170 mm"})
+    news, _ = heard(lambda live: live.ask(slipping))
+    assert [given.stage for given in news] == [Stage.WHOLE, Stage.WHOLE, Stage.AFTERWARDS]
+    asked, finer = hm.simulate(slipping, refine=False), hm.simulate(slipping)
+    assert [given.answer.gain for given in news] == [asked.gain, finer.gain, finer.gain]
+    assert asked.gain != finer.gain
+    assert news[1].picture.packet != news[0].picture.packet
+    assert news[2].run is news[1].run
+    assert news[2].answer.outlook == explain(finer).text
+
+
 def test_a_run_that_leaps_gave_is_not_made_again(monkeypatch):
     made = []
     simulate = hm.simulate

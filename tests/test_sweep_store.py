@@ -111,7 +111,7 @@ def test_rows_agree_with_single_runs_and_failures_stay(done):
     for i, j in ((0, 8), (0, 30), (1, 12)):
         values = {"drive.frequency": float(dataset.frequency[i]), "drive.distance": float(dataset.distance[j])}
         scenario = design.scenario(values)
-        run = helimag.simulate(scenario)
+        run = helimag.simulate(scenario, refine=False)
         cell = dataset.isel(frequency=i, distance=j)
         assert float(cell.gain) == run.gain
         assert Verdict(int(cell.verdict)).name == run.verdict.name
@@ -147,7 +147,7 @@ def test_reasons_say_what_the_judgement_says(tmp_path):
     }
     seen = set()
     runs = helimag.simulate_many(
-        [design.scenario(point) for c in range(len(design.chunks)) for point in design.points(c)]
+        [design.scenario(point) for c in range(len(design.chunks)) for point in design.points(c)], refine=False
     )
     for flag, run in zip(dataset["reason"].values.ravel(), runs, strict=True):
         assert phrases[Reason(flag)] in run.judgement.reason

@@ -110,7 +110,7 @@ def simulate(
     device: str = "cpu",
     orbit: bool = True,
     accuracy: bool = True,
-    refine: bool = False,
+    refine: bool = True,
     ensemble: Path | None = None,
     drawing: DrawOptions = NO_DRAWING,
     certificate: Path | None = None,
@@ -134,18 +134,19 @@ def simulate(
     accuracy
         Whether to run again with finer steps, to say how far to trust the places.
     refine
-        Take ever finer steps until places change by less than 0.5 um: for runs that lose step or are drawn in.
+        Whether to make the run again with finer steps where the device loses step or is drawn into the magnet, which
+        multiplies errors; without it the run has steps as those of sweeps have.
     orbit
         Whether to look for the orbit that a run which stayed comes to, and to continue the run where there is none.
     ensemble
         What calibrate wrote: run the scenario with devices from it, and say how likely each outcome is, without
-        orbits or accuracy.
+        orbits, accuracy or finer steps.
     certificate
         A proof of the scenario's orbit (helimag orbit ... --prove --certificate), which goes into the netCDF file.
     """
     own = {"run.duration": duration, "run.interval": interval}
     if ensemble is not None:
-        _check_for_many(output, certificate, refine)
+        _check_for_many(output, certificate)
         check_outputs(None, size=size)
         predict(
             scenario_from(scenario, changes, own), ensemble, drawing, method=method, device=device, json=common.json
@@ -197,14 +198,12 @@ def _film(run: "Trajectory", path: Path) -> None:
         plots.animate(run, path, progress=progress)
 
 
-def _check_for_many(output: list[Path] | None, certificate: Path | None, refine: bool) -> None:
+def _check_for_many(output: list[Path] | None, certificate: Path | None) -> None:
     """Refuse with --ensemble what is for one run."""
     if output:
         raise InputError("--output writes one run; with --ensemble use --json")
     if certificate is not None:
         raise InputError("--certificate is for one run; leave it out with --ensemble")
-    if refine:
-        raise InputError("--refine is for one run; leave it out with --ensemble")
 
 
 def _report(trajectory: "Trajectory") -> dict[str, Any]:
@@ -235,6 +234,7 @@ def _report(trajectory: "Trajectory") -> dict[str, Any]:
         "final_state": trajectory.final_state.tolist(),
         "accuracy": accuracy_told(trajectory.attributes),
         "integrator": trajectory.attributes["integrator"],
+        "tolerance": trajectory.attributes["tolerance"],
         "share_of_turns_leapt_over": trajectory.attributes.get("share_of_turns_leapt_over", 0.0),
         "wall_time_s": trajectory.attributes["wall_time"],
     }
@@ -266,8 +266,7 @@ def _print_summary(scenario: "Scenario", trajectory: "Trajectory") -> None:
     print(f"  slips         {judgement.slips}")
     told = accuracy_told(trajectory.attributes)
     if told is not None:
-        more = "" if told["enough"] or told["finer_steps"] > 1.0 else "; --refine takes finer steps"
-        print(f"  accuracy      {told['text']}{more}")
+        print(f"  accuracy      {told['text']}")
     for touch in judgement.touches:
         print(
             f"  contact       {touch.wall.sentence}: {touch.times}, first at {touch.first:.1f} s, last at "

@@ -1,12 +1,13 @@
-"""How far to trust the places of a run: it is set beside the same run with finer steps.
+"""How far to trust the places of a run, and finer steps for those that need them.
 
-The two differ by about as much as the run is wrong. Looser steps would cost less, but where the longest step allowed
-decides, and not the tolerance, they are the same steps and tell nothing. A device that loses step multiplies
-every error greatly (`docs/howto/simulate.md` has a run), so what comes before and after that is told apart. Runs that
-are to be exact there, and just before an end, are refined: the finer run takes the place of the other.
+A run is set beside the same run with finer steps. The two differ by about as much as the run is wrong. Looser steps
+would cost less, but where the longest step allowed decides, and not the tolerance, they are the same steps and tell
+nothing. A device that loses step multiplies every error greatly (`docs/howto/simulate.md` has a run), and so does one
+that is drawn into the magnet. What comes before and after a loss of step is told apart; and such runs are refined: they
+are made again with steps so fine that what is multiplied is next to nothing.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,8 +25,8 @@ LEAST = 1e-10  # m; nothing less is told: where the longest step allowed decides
 VISIBLE = 1e-5  # m: what cameras tell apart; runs farther apart than that are not the same to anyone who looks
 WANTED = 5e-7  # m: then extremes are within 1e-6 m and gains within 1e-5; benchmarks/random_runs.py
 WANTED_END = 5e-4  # s
+SURE = 1e-10  # a tolerance, of runs that multiply errors: benchmarks/random_runs.py
 FINEST = 1e-11  # a tolerance: rounding is not far below
-SHARE_OF_REST = 0.6  # of the work that is left, for one more run: after most there is none
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,10 @@ class Accuracy:
     sensitive
         Whether only outcomes can be trusted after the first slip, not places nor the number of slips: there steps of
         the tolerance that was asked for and finer ones lead to places visibly apart.
-    finer_steps
-        Tolerance that was asked for over that of the run; 1 where its steps are as asked.
+    other_verdict
+        A verdict that other steps lead to; None where all that were taken lead to the same.
+    refined
+        Whether the run was made again with finer steps than were asked for, see :func:`refined`.
     """
 
     in_step: float
@@ -57,7 +60,8 @@ class Accuracy:
     slips: tuple[int, int]
     end: float
     sensitive: bool
-    finer_steps: float = 1.0
+    other_verdict: str | None = None
+    refined: bool = False
 
     @property
     def enough(self) -> bool:
@@ -86,13 +90,17 @@ class Accuracy:
     @property
     def _outcome(self) -> str:
         """What can be trusted where errors grow to be visible."""
-        if not self.sensitive:
-            return ""
-        return "; what differs by next to nothing before differs visibly after: trust the outcome, not places or slips"
+        if self.other_verdict is not None:
+            return f"; the outcome depends on the steps as well: with others the verdict is '{self.other_verdict}'"
+        if self.sensitive:
+            return (
+                "; what differs by next to nothing before differs visibly after: trust the outcome, not places or slips"
+            )
+        return ""
 
     @property
     def _steps(self) -> str:
-        return "" if self.finer_steps == 1.0 else f" (steps of a {self.finer_steps:.0f} times finer tolerance)"
+        return f" (steps at a tolerance of {SURE:g})" if self.refined else ""
 
 
 def accuracy_of(
@@ -101,9 +109,15 @@ def accuracy_of(
     tolerance: float = TOLERANCE,
     method: Method = MULTIREVOLUTION,
     device: str = "cpu",
+    rough: History | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Accuracy:
     """Run again with finer steps, and compare; ``tolerance``, ``method`` and ``device`` are those of the run.
+
+    Parameters
+    ----------
+    rough
+        The run with steps as asked for, in whose place ``history`` came; None where that is the one.
 
     Returns
     -------
@@ -115,68 +129,65 @@ def accuracy_of(
     RunError
         Where the numbers broke down.
     """
-    return _compared(history, _again(history, tolerance * _finer(history), method, device, progress))
+    (finer,) = _again([history], _finer(history, tolerance), method, device, None, progress)
+    accuracy = _compared(history, finer)
+    if rough is None:
+        return accuracy
+    other = accuracy.other_verdict or _other_verdict(history, rough)
+    return replace(accuracy, refined=True, sensitive=_compared(rough, history).sensitive, other_verdict=other)
 
 
 def refined(
-    history: History,
+    histories: Sequence[History],
     *,
     tolerance: float = TOLERANCE,
     method: Method = MULTIREVOLUTION,
     device: str = "cpu",
+    threads: int | None = None,
     progress: Callable[[float], None] | None = None,
-) -> tuple[History, Accuracy]:
-    """Run again with finer steps until that changes nothing that matters, or steps cannot be finer.
+) -> list[History]:
+    """Make those runs again that multiply errors, at a tolerance of ``SURE``.
 
-    ``tolerance``, ``method`` and ``device`` are those of the run.
+    ``tolerance``, ``method`` and ``device`` are those of the runs.
 
     Returns
     -------
-    History
-        The run itself where its steps are fine enough, as they mostly are; else the finest.
-    Accuracy
-        Of that one.
-
-    Raises
-    ------
-    RunError
-        Where the numbers broke down.
+    list of History
+        The runs themselves, in order, and in place of each that slips or is drawn in the one with finer steps.
     """
-    share, now, behind = _finer(history), tolerance * _finer(history), 0.0
-    finer = _again(history, now, method, device, _after(progress, behind))
-    accuracy = first = _compared(history, finer)
-    while not accuracy.enough and now > 2.0 * FINEST:
-        now, behind, rougher = max(now * share, FINEST), behind + SHARE_OF_REST * (1.0 - behind), finer
-        finer = _again(rougher, now, method, device, _after(progress, behind))
-        accuracy = _compared(rougher, finer)
-    if accuracy is first:
-        return history, first
-    return finer, replace(accuracy, sensitive=first.sensitive, finer_steps=tolerance / now)
+    found = list(histories)
+    places = [place for place, run in enumerate(found) if tolerance > SURE and run.heights.multiply_errors]
+    if places:
+        again = _again([found[place] for place in places], SURE, method, device, threads, progress)
+        for place, finer in zip(places, again, strict=True):
+            found[place] = finer
+    return found
 
 
-def _finer(history: History) -> float:
-    """Share of the tolerance that shows what a run's steps miss."""
-    return FINER if uniform(system_of(history.scenario)) else FINER_NEAR_WALLS
+def _finer(history: History, tolerance: float) -> float:
+    """A tolerance that shows what a run's steps miss."""
+    share = FINER if uniform(system_of(history.scenario)) else FINER_NEAR_WALLS
+    return max(share * tolerance, FINEST) if tolerance > FINEST else FINER * tolerance
 
 
 def _again(
-    history: History, tolerance: float, method: Method, device: str, progress: Callable[[float], None] | None
-) -> History:
-    """The same run with other steps."""
-    (again,) = advance(
-        [history.scenario],
-        initial_states=history.states[:1],
+    histories: Sequence[History],
+    tolerance: float,
+    method: Method,
+    device: str,
+    threads: int | None,
+    progress: Callable[[float], None] | None,
+) -> list[History]:
+    """The same runs with other steps."""
+    return advance(
+        [history.scenario for history in histories],
+        initial_states=np.array([history.states[0] for history in histories]),
         tolerance=tolerance,
         method=method,
         device=device,
+        threads=threads,
         progress=progress,
     )
-    return again
-
-
-def _after(progress: Callable[[float], None] | None, behind: float) -> Callable[[float], None] | None:
-    """The progress of one more run, once this share of the work is done, if it takes its part of the rest."""
-    return None if progress is None else lambda done: progress(behind + SHARE_OF_REST * (1.0 - behind) * done)
 
 
 def _compared(history: History, finer: History) -> Accuracy:
@@ -194,4 +205,11 @@ def _compared(history: History, finer: History) -> Accuracy:
         slips=(int(history.slips[-1]), int(finer.slips[-1])),
         end=abs(float(history.time[-1] - finer.time[-1])),
         sensitive=after is not None and after > VISIBLE,
+        other_verdict=_other_verdict(history, finer),
     )
+
+
+def _other_verdict(history: History, other: History) -> str | None:
+    """The verdict on another run, where it is not the same."""
+    ours, theirs = history.judge().verdict, other.judge().verdict
+    return None if ours is theirs else str(theirs)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from helimag.checks import cautions
-from helimag.engine.accuracy import Accuracy, accuracy_of, refined
+from helimag.engine.accuracy import SURE, Accuracy, accuracy_of, refined
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.history import History
 from helimag.engine.methods import DEFAULT, method_named
@@ -25,7 +25,7 @@ from helimag.scenario import Scenario, as_scenario, drive_inputs, scalar_inputs
 
 Floats = NDArray[np.float64]
 
-OWN_SHARE = 0.4  # of the time of a run whose accuracy is looked for: the finer one takes the rest
+OWN_SHARE = 0.4  # of the time of a run and the same with finer steps: these take the rest
 
 
 def simulate(
@@ -38,7 +38,7 @@ def simulate(
     method: str = DEFAULT,
     device: str = "cpu",
     accuracy: bool = False,
-    refine: bool = False,
+    refine: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Run one scenario.
@@ -61,8 +61,9 @@ def simulate(
     accuracy
         Run it again with finer steps and keep the difference, see :class:`helimag.engine.accuracy.Accuracy`.
     refine
-        Run it again with ever finer steps until places change by less than 0.5 um, and return the finest, with what it
-        may be wrong by: for runs that lose step or are drawn in, which multiply errors.
+        Where the device loses step or is drawn into the magnet, which multiplies errors, return the run with finer
+        steps, see :func:`helimag.engine.accuracy.refined`; other runs stay as they are. Without it the run has steps as
+        asked for, as those of sweeps and ensembles have.
     progress
         Called with the fraction done, some times a second.
 
@@ -82,19 +83,24 @@ def simulate(
     given = {path: value for path, value in changes.items() if value is not None}
     scenario = as_scenario(scenario)
     states: Any = None if initial_state is None else [initial_state]
-    (history,) = advance(
+    chosen: dict[str, Any] = {"tolerance": tolerance, "method": method_named(method), "device": device}
+    own = OWN_SHARE if accuracy or refine else 1.0
+    (rough,) = advance(
         [scenario.replaced(given) if given else scenario],
         initial_states=states,
-        tolerance=tolerance,
-        method=method_named(method),
-        device=device,
-        progress=_part(progress, 0.0, OWN_SHARE if accuracy or refine else 1.0),
+        **chosen,
+        progress=_part(progress, 0.0, own),
     )
-    chosen: dict[str, Any] = {"tolerance": tolerance, "method": method_named(method), "device": device}
-    rest = _part(progress, OWN_SHARE, 1.0)
-    if refine:
-        return trajectory_of(*refined(history, **chosen, progress=rest))
-    return trajectory_of(history, accuracy_of(history, **chosen, progress=rest) if accuracy else None)
+    rest, told = _part(progress, own, 1.0), None
+    (history,) = refined([rough], **chosen, progress=_part(rest, 0.0, OWN_SHARE)) if refine else [rough]
+    finer = history is not rough
+    chosen["tolerance"] = SURE if finer else tolerance
+    if accuracy:
+        part = _part(rest, OWN_SHARE if finer else 0.0, 1.0)
+        told = accuracy_of(history, **chosen, rough=rough if finer else None, progress=part)
+    if progress is not None:
+        progress(1.0)
+    return trajectory_of(history, tolerance=chosen["tolerance"], accuracy=told)
 
 
 def _part(progress: Callable[[float], None] | None, begin: float, end: float) -> Callable[[float], None] | None:
@@ -110,6 +116,7 @@ def simulate_many(
     method: str = DEFAULT,
     device: str = "cpu",
     threads: int | None = None,
+    refine: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> list[Trajectory]:
     """Run a batch of scenarios in parallel and return their trajectories, in order.
@@ -129,6 +136,8 @@ def simulate_many(
         ``"cpu"`` or a CUDA device such as ``"cuda"``.
     threads
         CPU threads; default one a core.
+    refine
+        As for :func:`simulate`.
     progress
         Called with the fraction done, some times a second.
 
@@ -144,16 +153,21 @@ def simulate_many(
     RunError
         Where the numbers of a run broke down.
     """
-    histories = advance(
-        scenarios,
-        initial_states=initial_states,
-        tolerance=tolerance,
-        method=method_named(method),
-        device=device,
-        threads=threads,
-        progress=progress,
-    )
-    return [trajectory_of(history) for history in histories]
+    chosen: dict[str, Any] = {
+        "tolerance": tolerance,
+        "method": method_named(method),
+        "device": device,
+        "threads": threads,
+    }
+    own = OWN_SHARE if refine else 1.0
+    ran = advance(scenarios, initial_states=initial_states, **chosen, progress=_part(progress, 0.0, own))
+    histories = refined(ran, **chosen, progress=_part(progress, own, 1.0)) if refine else ran
+    if progress is not None:
+        progress(1.0)
+    return [
+        trajectory_of(history, tolerance=tolerance if history is rough else SURE)
+        for history, rough in zip(histories, ran, strict=True)
+    ]
 
 
 def _inputs(scenario: Scenario) -> dict[str, str | float]:
@@ -162,10 +176,10 @@ def _inputs(scenario: Scenario) -> dict[str, str | float]:
     return {"inputs": drive_inputs(scenario), **numbers}
 
 
-def trajectory_of(history: History, accuracy: Accuracy | None = None) -> Trajectory:
+def trajectory_of(history: History, *, tolerance: float = TOLERANCE, accuracy: Accuracy | None = None) -> Trajectory:
     """A history as a labelled trajectory, with the RPM's pose, the field and the phase lag added.
 
-    ``accuracy`` goes with it as an attribute, where it was looked for.
+    ``tolerance``, of the run's steps, goes with it as an attribute, and so does ``accuracy`` where it was looked for.
 
     Returns
     -------
@@ -214,6 +228,7 @@ def trajectory_of(history: History, accuracy: Accuracy | None = None) -> Traject
             "versions": versions(),
             "validity_warnings": json.dumps([caution.as_dict() for caution in cautions([scenario])]),
             **_engine_of(history),
+            "tolerance": tolerance,
             "steps": history.steps,
             "rejected_steps": history.rejected,
             "wall_time": history.wall_time,

@@ -70,6 +70,11 @@ class Heights:
     touches: tuple[Touch, ...] = ()
 
     @property
+    def multiply_errors(self) -> bool:
+        """Whether the run multiplies every error of place: the device loses step, or is drawn into the magnet."""
+        return self.slips > 0 or self.end is End.CONTACT
+
+    @property
     def span(self) -> float:
         """From the first sample to the last (s)."""
         return float(self.time[-1] - self.time[0])

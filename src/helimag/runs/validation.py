@@ -43,6 +43,7 @@ NUMBERS = {
     "scale_sd": (0.0, False),
     "lap_time": (0.0, True),
     "fold_time": (0.0, True),
+    "tolerance": (0.0, True),
     "wall_time": (0.0, False),
     "steps": (0.0, False),
     "rejected_steps": (0.0, False),

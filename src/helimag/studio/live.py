@@ -5,6 +5,9 @@ is always answered. Two threads answer it, side by side: one at once, with the r
 make it short and with the run's beginning where they do not; the other with the run where that is still to be made,
 however long it takes, once the hand is slow enough, and then, when it rests, with the outlook. The kernels run outside
 of Python's lock, so threads are enough.
+
+While the hand moves, all runs have steps of the default tolerance. When it rests, those that multiply errors are made
+again with finer steps, as ``simulate`` does it by itself: from then on the numbers are those of the command.
 """
 
 import logging
@@ -177,10 +180,14 @@ class Live:
         if run is None:
             if behind:
                 self._wait(question, STILL)
-            run = simulate(question.scenario, progress=go_on)
+            run = simulate(question.scenario, refine=False, progress=go_on)
             go_on(0.0)
             yield News(question.number, Stage.WHOLE, answered(run), run, pictured(run))
         self._wait(question, REST)
+        if run.heights.multiply_errors:
+            run = simulate(question.scenario, progress=go_on)
+            go_on(0.0)
+            yield News(question.number, Stage.WHOLE, answered(run), run, pictured(run))
         outlook = explain(run, progress=go_on)
         go_on(0.0)
         yield News(question.number, Stage.AFTERWARDS, answered(run, outlook.text), run)
@@ -212,7 +219,7 @@ class Live:
 
 def beginning(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory:
     """The first part of a run."""
-    return simulate(scenario, duration=scenario.run.duration / SHARE, progress=go_on)
+    return simulate(scenario, duration=scenario.run.duration / SHARE, refine=False, progress=go_on)
 
 
 def leapt(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory | None:
@@ -227,7 +234,7 @@ def leapt(scenario: Scenario, go_on: Callable[[float], None]) -> Trajectory | No
             raise _Tedious
 
     try:
-        return simulate(scenario, progress=soon)
+        return simulate(scenario, refine=False, progress=soon)
     except _Tedious:
         return None
 
