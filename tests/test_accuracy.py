@@ -97,6 +97,16 @@ def test_other_runs_stay_as_they_are():
     assert refined([fine], tolerance=1e-10)[0] is fine  # asked for, and not made twice
 
 
+@pytest.mark.parametrize(
+    ("tolerance", "refine", "taken"), [(1e-5, None, 1e-5), (1e-5, True, 1e-10), (1e-7, None, 1e-10)]
+)
+def test_looser_steps_than_the_default_are_taken_as_asked_for(tolerance, refine, taken):
+    asked = hm.simulate(SLIPPING, tolerance=tolerance, refine=refine)
+    assert asked.attributes["tolerance"] == taken
+    assert asked.gain == advance([SLIPPING], tolerance=taken)[0].judge().gain
+    assert hm.simulate_many([SLIPPING], tolerance=tolerance, refine=refine)[0].gain == asked.gain
+
+
 def test_single_runs_are_refined_and_a_batch_alike():
     """What is given by default is the run at the finer tolerance, to the bit, and its file says which that was."""
     asked, fine = (hm.simulate(SLIPPING, tolerance=given, refine=False) for given in (3e-7, 1e-10))

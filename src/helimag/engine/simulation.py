@@ -38,7 +38,7 @@ def simulate(
     method: str = DEFAULT,
     device: str = "cpu",
     accuracy: bool = False,
-    refine: bool = True,
+    refine: bool | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Run one scenario.
@@ -63,7 +63,8 @@ def simulate(
     refine
         Where the device loses step or is drawn into the magnet, which multiplies errors, return the run with finer
         steps, see :func:`helimag.engine.accuracy.refined`; other runs stay as they are. Without it the run has steps as
-        asked for, as those of sweeps and ensembles have.
+        asked for, as those of sweeps and ensembles have. By default where no looser tolerance than the default is
+        asked for.
     progress
         Called with the fraction done, some times a second.
 
@@ -84,6 +85,7 @@ def simulate(
     scenario = as_scenario(scenario)
     states: Any = None if initial_state is None else [initial_state]
     chosen: dict[str, Any] = {"tolerance": tolerance, "method": method_named(method), "device": device}
+    refine = _refines(tolerance) if refine is None else refine
     own = OWN_SHARE if accuracy or refine else 1.0
     (rough,) = advance(
         [scenario.replaced(given) if given else scenario],
@@ -103,6 +105,11 @@ def simulate(
     return trajectory_of(history, tolerance=chosen["tolerance"], accuracy=told)
 
 
+def _refines(tolerance: float) -> bool:
+    """Whether runs are refined where nothing is said of it: who asks for looser steps wants to be fast."""
+    return tolerance <= TOLERANCE
+
+
 def _part(progress: Callable[[float], None] | None, begin: float, end: float) -> Callable[[float], None] | None:
     """The progress of one of two pieces of work, as a share of both."""
     return None if progress is None else lambda done: progress(begin + (end - begin) * done)
@@ -116,7 +123,7 @@ def simulate_many(
     method: str = DEFAULT,
     device: str = "cpu",
     threads: int | None = None,
-    refine: bool = True,
+    refine: bool | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Trajectory]:
     """Run a batch of scenarios in parallel and return their trajectories, in order.
@@ -159,6 +166,7 @@ def simulate_many(
         "device": device,
         "threads": threads,
     }
+    refine = _refines(tolerance) if refine is None else refine
     own = OWN_SHARE if refine else 1.0
     ran = advance(scenarios, initial_states=initial_states, **chosen, progress=_part(progress, 0.0, own))
     histories = refined(ran, **chosen, progress=_part(progress, own, 1.0)) if refine else ran
