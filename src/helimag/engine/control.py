@@ -12,7 +12,6 @@ from helimag.engine.structures import structs
 from helimag.physics.kinematics import State
 from helimag.scenario import Device, Scenario
 
-ZERO = wp.constant(wp.float64(0.0))
 SHRINK = wp.constant(wp.float64(0.2))
 TINY = wp.constant(wp.float64(1e-9))
 
@@ -52,13 +51,9 @@ def _longest_step(scenario: Scenario, turns: float) -> float:
 @wp.func
 def scaled_square(error: State, control: Control) -> wp.float64:
     """Sum of the squares of an error's components, in units of the tolerance."""
-    total = ZERO
-    for i in range(7):
-        unit = control.tolerance
-        if i < 3:
-            unit = control.tolerance * control.length
-        total += (error[i] / unit) * (error[i] / unit)
-    return total
+    places = error[0] * error[0] + error[1] * error[1] + error[2] * error[2]
+    turns = error[3] * error[3] + error[4] * error[4] + error[5] * error[5] + error[6] * error[6]
+    return (places / (control.length * control.length) + turns) / (control.tolerance * control.tolerance)
 
 
 @cache
