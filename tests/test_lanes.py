@@ -74,6 +74,20 @@ def test_steps_abreast_are_the_same_wherever_launches_end_and_samples_lie(monkey
         assert_alike(one, other)
 
 
+def test_leaps_abreast_are_the_same_wherever_launches_end(monkeypatch):
+    """Also where a run asks for a turn in vain, as each does near its end, with hardly a step left in the launch."""
+    runs = [
+        STEADY.replaced({"run.duration": 20.0, "drive.frequency": 3.0 + 0.13 * i, "drive.distance": 0.15 + 0.004 * i})
+        for i in range(9)
+    ]
+    alone = [advance([run])[0] for run in runs]
+    assert all(history.leapt > 0.7 for history in alone)
+    monkeypatch.setattr(running_module, "MOST_FIRST_STEPS", 7)
+    monkeypatch.setattr(running_module, "next_budget", lambda *_: 7)
+    for one, other in zip(alone, advance(runs, threads=1), strict=True):
+        assert_alike(one, other)
+
+
 Numbers = wp.types.vector(length=LANES, dtype=wp.float64)
 
 
