@@ -119,12 +119,21 @@ def test_single_runs_are_refined_and_a_batch_alike():
     assert hm.simulate(SLIPPING, accuracy=True).gain == ours.gain
 
 
-def test_progress_rises_to_the_end_of_the_last_run():
+def test_a_refined_run_begins_where_it_began_to_the_bit():
+    """Also where the quaternion's length, once normalised, is one but for rounding."""
+    state = np.array([*SLIPPING.drive.start, 1.0, 1.0, 1.0, 2.0])
+    fine, again = (hm.simulate(SLIPPING, initial_state=state, **steps) for steps in ({"tolerance": 1e-10}, {}))
+    assert again.attributes["tolerance"] == 1e-10
+    np.testing.assert_array_equal(again.final_state, fine.final_state)
+
+
+@pytest.mark.parametrize("accuracy", [False, True])
+def test_progress_rises_to_the_end_of_the_last_run(accuracy):
     seen, own = [], []
-    hm.simulate(SLIPPING, accuracy=True, progress=seen.append)
+    hm.simulate(SLIPPING, accuracy=accuracy, progress=seen.append)
     assert seen == sorted(seen)
-    assert seen[-1] == 1.0
-    assert any(0.4 < done < 1.0 for done in seen)
+    assert seen[-2:] == pytest.approx([1.0, 1.0])
+    assert any(0.4 < done < 1.0 for done in seen) is accuracy
     hm.simulate(IN_STEP, progress=own.append)
     assert own[-1] == 1.0
 

@@ -355,6 +355,17 @@ def judged(*touches, end=End.HORIZON):
     )
 
 
+def test_walls_that_pushed_before_a_leap_are_told_once():
+    """With the sample that ends the interval, which lies within the leap; not with those after it."""
+    near = hm.load("nose-first/fig3c")
+    surface = near.drive.start[2] + near.device.tail_radius + 1e-6
+    changes = {"workspace.surface": surface, "workspace.contact": "hold", "run.duration": 100.0, "run.interval": 50.0}
+    (leaping,) = advance([near.replaced(changes)])
+    assert leaping.touches[0].last < 1.0
+    assert leaping.leapt > 0.6  # so that leaps began before the first sample
+    np.testing.assert_array_equal(leaping.records["walls"] > 0, [False, True, False])
+
+
 def test_a_device_that_comes_to_rest_leaps_until_it_is_near_the_floor():
     """The first contact is one of steps."""
     run = hm.load("nose-first/table1-row5").replaced({"run.duration": "110 s", "workspace.contact": "hold"})

@@ -1,6 +1,7 @@
 """The engine's seams: another method, drag that depends on the place, another magnet, launches of any size, a look at
 runs under way, stopped and gone on with."""
 
+import math
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -180,6 +181,12 @@ def test_a_mobility_that_depends_on_height():
     depth = DEPTH * (np.sqrt(1.0 + 2.0 * speed * thick.time / DEPTH) - 1.0)
     np.testing.assert_allclose(thick.states[:, 2], -depth, atol=1e-9)
     np.testing.assert_allclose(plain.states[:, 2], -speed * plain.time, atol=1e-9)
+
+
+@pytest.mark.parametrize("turns", [0.0, 0.4, math.nan])
+def test_a_medium_whose_steps_would_be_longer_than_poses_are_known_for_is_refused(turns):
+    with pytest.raises(hm.InputError, match="longest_step must be greater than zero and at most 0"):
+        Medium(longest_step=turns)
 
 
 # ------------------------------------------------------------------------------------------------------ another magnet

@@ -11,7 +11,10 @@ import helimag as hm
 import oracles
 from helimag.engine import DOP853, MULTIREVOLUTION, accuracy_of, advance, advancing
 from helimag.engine.charts import Place, far_off, from_chart, to_chart
+from helimag.engine.filling import Level, looked_through
 from helimag.engine.samples import Statistics, turned_within
+from helimag.engine.turn_memory import Heights
+from helimag.engine.turns import Nodes
 from helimag.outcomes import End
 from helimag.physics.kinematics import State
 
@@ -100,6 +103,48 @@ def test_a_height_turns_where_the_cubic_through_its_ends_does():
     assert 50 < turned < 150
 
 
+LOOKS = 24  # at a turn that was leapt over, from the first after its begin to its end
+
+
+@wp.kernel(enable_backward=False, module="unique")
+def look_through(
+    turns: wp.array(dtype=Heights), attacks: wp.array(dtype=Nodes), level: Level, found: wp.array(dtype=Statistics)
+):
+    run = wp.tid()
+    begun, period = Statistics(), wp.float64(0.5)
+    begun.low = level.height + turns[run][LOOKS - 1]
+    begun.high = begun.low
+    begun.last_height = begun.low
+    begun.last_attack = level.attack + attacks[run][LOOKS // 2 - 1]
+    stop = run % (LOOKS + 1)
+    start = wp.float64(3.0)
+    some, last = looked_through(begun, level, turns[run], attacks[run], start, period, 0, stop, start)
+    all, last = looked_through(some, level, turns[run], attacks[run], start, period, stop, LOOKS, last)
+    found[run] = all
+
+
+def test_looks_at_a_turn_give_its_extremes_and_means_wherever_it_is_interrupted():
+    """Cosines that begin anywhere, on a slope: extremes by parabolas through three looks, means by the trapezoid."""
+    begins, rise = np.linspace(0.0, 2.0 * np.pi, 75, endpoint=False), 0.1
+    begins = begins[np.mod(-begins, np.pi) > 1.1 * np.pi / LOOKS]  # sooner, the turn before has it
+    phases = 2.0 * np.pi * np.arange(1, LOOKS + 1) / LOOKS
+    turns, nodes = (np.cos(begins[:, None] + at) for at in (phases, phases[1::2]))
+    level = Level()
+    level.height, level.rise, level.attack, level.climb = 5.0, rise, 0.2, 0.0
+    found = wp.zeros(len(begins), dtype=Statistics, device="cpu")
+    inputs = [wp.array(turns, dtype=Heights, device="cpu"), wp.array(nodes, dtype=Nodes, device="cpu"), level, found]
+    wp.launch(look_through, dim=len(begins), inputs=inputs, device="cpu")
+    stats = found.numpy()
+    fine = np.linspace(0.0, 1.0, 20001)
+    exact = 5.0 + rise * fine + np.cos(begins[:, None] + 2.0 * np.pi * fine)
+    np.testing.assert_allclose(stats["low"], exact.min(axis=1), rtol=0.0, atol=5e-4)
+    np.testing.assert_allclose(stats["high"], exact.max(axis=1), rtol=0.0, atol=5e-4)
+    np.testing.assert_allclose(stats["height"], 0.5 * (5.0 + 0.5 * rise), rtol=1e-12)
+    np.testing.assert_allclose(stats["attack"], 0.5 * 0.2, rtol=1e-12)
+    np.testing.assert_allclose(stats["square"], 0.5 * (0.2**2 + 0.5), rtol=1e-12)
+    np.testing.assert_allclose(stats["last_height"], exact[:, -1], rtol=1e-12)
+
+
 def test_contact_is_found_when_it_comes():
     exact, leaping = both(scenario("60 s", distance=0.095))
     assert exact.status is leaping.status is End.CONTACT
@@ -156,6 +201,16 @@ def test_no_leaps_where_no_frame_moves_with_the_drive():
     (direct,), (leaping,) = advance([run], method=DOP853), advance([run])
     assert leaping.leapt == 0.0
     np.testing.assert_array_equal(direct.states, leaping.states)
+
+
+def test_samples_between_turns_of_a_magnet_that_turns_the_other_way_are_those_of_direct_steps():
+    """Once the device has settled; before, the roll at samples is less exact."""
+    changes = {"run.duration": 30.0, "run.interval": 0.13, "drive.frequency": -4.0, "drive.distance": 0.16}
+    exact, leaping = both(hm.load("nose-first/fig3c").replaced(changes))
+    assert leaping.leapt > 0.9
+    np.testing.assert_allclose(leaping.states[:, :3], exact.states[:, :3], rtol=0.0, atol=5e-7)
+    settled = leaping.time > 15.0
+    np.testing.assert_allclose(leaping.states[settled, 3:], exact.states[settled, 3:], rtol=0.0, atol=2e-5)
 
 
 def test_heights_between_turns_rise_with_a_drive_that_climbs():

@@ -8,6 +8,8 @@ import warp as wp
 
 import helimag as hm
 from helimag.engine import DOP853, advance, tableau
+from helimag.engine.control import pack_controls
+from helimag.engine.medium import OPEN_WATER
 from helimag.engine.packing import pack_drives
 from helimag.engine.poses import LONGEST, StageSpins, build_stage_spins, poses_of
 from helimag.engine.stages import STAGES
@@ -54,6 +56,15 @@ def test_poses_at_stages_are_those_of_their_times():
         ours, theirs = found.numpy()[part][::2], found.numpy()[part][1::2]
         np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=3e-12)  # of spins of 14,000 rad, with rounded times
         assert np.ptp(theirs, axis=0).max() > 1e-3
+
+
+@pytest.mark.parametrize(("frequency", "yaw_rate"), [(3.3, 0.03), (-2.0, 0.0), (0.5, 8.0), (0.5, -8.0)])
+def test_no_step_goes_on_farther_than_the_series_do(frequency, yaw_rate):
+    """Neither by the spin nor by a yaw that is faster."""
+    run = hm.load("paper/fig3c").replaced({"drive.frequency": frequency, "drive.yaw_rate": yaw_rate})
+    (control,) = pack_controls([run], 1.0, OPEN_WATER.longest_step)
+    fastest = max(2.0 * math.pi * abs(frequency), abs(yaw_rate))
+    assert control["longest"] * fastest == pytest.approx(2.0 * math.pi * LONGEST)
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 3e-7])

@@ -8,6 +8,7 @@ from typing import Any
 import warp as wp
 
 from helimag.engine.poses import LONGEST
+from helimag.errors import InputError
 from helimag.physics.balance import OpenWater, nothing_again, nothing_near, open_water
 from helimag.scenario import Scenario
 
@@ -62,7 +63,8 @@ class Medium:
         it is ``known`` (not zero) from a turn of the magnet much like this one, from what that left there. None for a
         medium that is as soon asked anew.
     longest_step
-        Longest step (turns of the magnet): for how long what ``local`` told holds, but for what ``response`` knows.
+        Longest step (turns of the magnet): for how long what ``local`` told holds, but for what ``response`` knows; a
+        third at most, as far as :mod:`helimag.engine.poses` goes.
     lanes
         Whether ``response`` is known to be said over lanes, see :mod:`helimag.engine.lanes`.
     """
@@ -77,6 +79,13 @@ class Medium:
     again: wp.Function | None = None
     longest_step: float = 0.125
     lanes: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.longest_step <= LONGEST:
+            raise InputError(
+                f"longest_step must be greater than zero and at most {LONGEST:.3g} turns of the magnet; "
+                f"got {self.longest_step:g}"
+            )
 
     @property
     def surroundings_type(self) -> Any:

@@ -41,8 +41,8 @@ def spin_at_stage(spin: wp.vec2d, ahead: StageSpins, i: int) -> wp.vec2d:
 def build_stage_spins() -> wp.Function:
     """Make the function that gives cosine and sine of the angle from a step's start to each stage and the end.
 
-    The angle to the end is at most a quarter of a turn. By their series, the rest of which is less than 1e-17: sums and
-    products that all lanes of a register do at once.
+    The angle to the end is at most LONGEST. By their series, the rest of which is less than 1e-17: sums and products
+    that all lanes of a register do at once.
     """
     shares = Shares(*tableau.C[:STAGES], 1.0)
     even = [wp.float64((-1.0) ** k / math.factorial(2 * k)) for k in range(TERMS)]

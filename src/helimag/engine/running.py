@@ -32,6 +32,7 @@ MOST_RUNS_PER_BATCH = 16  # of long runs: twice what a vector register holds, so
 SHORT_RUNS_PER_BATCH = 1024  # at most: what a batch costs by itself would be most of a few short runs' time
 SHORT = 100.0  # turns of the magnet
 LOG = logging.getLogger(__name__)
+UNIT = 1e-15  # of a quaternion's length: one as near to 1 stays, so that a run from where another began has its bits
 PATIENCE = 0.1  # s between looks at what is under way
 
 
@@ -272,7 +273,7 @@ def _checked_states(scenarios: Sequence[Scenario], given: Floats | None) -> Floa
     lengths = np.linalg.norm(states[:, 3:], axis=1, keepdims=True)
     if not np.all(lengths > 0.0):
         raise InputError("initial_states must have quaternions that are not zero")
-    states[:, 3:] /= lengths
+    states[:, 3:] /= np.where(np.abs(lengths - 1.0) > UNIT, lengths, 1.0)
     return states
 
 

@@ -62,9 +62,9 @@ def simulate(
         Run it again with finer steps and keep the difference, see :class:`helimag.engine.accuracy.Accuracy`.
     refine
         Where the device loses step or is drawn into the magnet, which multiplies errors, return the run with finer
-        steps, see :func:`helimag.engine.accuracy.refined`; other runs stay as they are. Without it the run has steps as
-        asked for, as those of sweeps and ensembles have. By default where no looser tolerance than the default is
-        asked for.
+        steps, see :func:`helimag.engine.accuracy.refined`; other runs stay as they are. False: all have steps as asked
+        for, as those of sweeps and ensembles have. None: refine, unless a looser tolerance than the default is asked
+        for, which is to be fast.
     progress
         Called with the fraction done, some times a second.
 
@@ -94,7 +94,8 @@ def simulate(
         progress=_part(progress, 0.0, own),
     )
     rest, told = _part(progress, own, 1.0), None
-    (history,) = refined([rough], **chosen, progress=_part(rest, 0.0, OWN_SHARE)) if refine else [rough]
+    again = _part(rest, 0.0, OWN_SHARE if accuracy else 1.0)
+    (history,) = refined([rough], **chosen, progress=again) if refine else [rough]
     finer = history is not rough
     chosen["tolerance"] = SURE if finer else tolerance
     if accuracy:
