@@ -183,6 +183,16 @@ def test_a_mobility_that_depends_on_height():
     np.testing.assert_allclose(plain.states[:, 2], -speed * plain.time, atol=1e-9)
 
 
+def test_extremes_and_means_of_an_interval_are_of_that_interval():
+    """A device that sinks is highest where the sample before was, and lowest at its own."""
+    (run,) = advance([scenario("20 s", **SINKING, distance=0.05)])
+    heights = run.states[:, 2]
+    assert np.all(np.diff(heights) < -1e-5)
+    np.testing.assert_allclose(run.records["high"][1:], heights[:-1], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(run.records["low"][1:], heights[1:], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(run.records["height"][1:], 0.5 * (heights[:-1] + heights[1:]), rtol=0.0, atol=1e-9)
+
+
 @pytest.mark.parametrize("turns", [0.0, 0.4, math.nan])
 def test_a_medium_whose_steps_would_be_longer_than_poses_are_known_for_is_refused(turns):
     with pytest.raises(hm.InputError, match="longest_step must be greater than zero and at most 0"):

@@ -12,9 +12,11 @@ import oracles
 from helimag.engine import DOP853, MULTIREVOLUTION, accuracy_of, advance, advancing
 from helimag.engine.charts import Place, far_off, from_chart, to_chart
 from helimag.engine.filling import Level, looked_through
+from helimag.engine.leaps import remembered
+from helimag.engine.progress import Leap
 from helimag.engine.samples import Statistics, turned_within
-from helimag.engine.turn_memory import Heights
-from helimag.engine.turns import Nodes
+from helimag.engine.turn_memory import Heights, Memory, Weights, heights_between, pack_memory
+from helimag.engine.turns import Nodes, Shape
 from helimag.outcomes import End
 from helimag.physics.kinematics import State
 
@@ -101,6 +103,32 @@ def test_a_height_turns_where_the_cubic_through_its_ends_does():
             turned += 1
         assert [float(found.low), float(found.high)] == pytest.approx([there.min(), there.max()], rel=0.0, abs=1e-9)
     assert 50 < turned < 150
+
+
+@wp.kernel(enable_backward=False, module="unique")
+def keep_two(memory: Memory, ends: wp.array(dtype=State), heights: wp.array(dtype=Heights)):
+    leap = Leap()
+    weights = Weights()
+    beginning = State()
+    beginning[3] = wp.float64(1.0)
+    for turn in range(ends.shape[0]):
+        leap.pushes = turn
+        leap.aim = beginning
+        shape = Shape()
+        for node in range(12):
+            for i in range(7):
+                shape[node, i] = ends[turn][i]
+        remembered(memory, 0, leap, ends[turn], shape)
+    weights[0] = wp.float64(1.0)
+    heights[0] = heights_between(memory, 0, weights)
+
+
+def test_a_turn_whose_numbers_broke_down_is_in_no_leap():
+    """Neither as one that counts nothing."""
+    ends = np.array([[0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0], [np.nan] * 7])
+    memory, heights = pack_memory([{}], "cpu"), wp.zeros(1, dtype=Heights, device="cpu")
+    wp.launch(keep_two, dim=1, inputs=[memory, wp.array(ends, dtype=State, device="cpu"), heights], device="cpu")
+    np.testing.assert_allclose(heights.numpy()[0, 1::2], 2.0 * (1.0 - np.arange(1, 13) / 12), rtol=0.0, atol=1e-12)
 
 
 LOOKS = 24  # at a turn that was leapt over, from the first after its begin to its end

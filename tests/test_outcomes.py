@@ -11,7 +11,7 @@ import pytest
 import xarray
 
 from helimag import InputError, outcomes
-from helimag.engine import events, loop, recording
+from helimag.engine import attempts, events, recording
 from helimag.outcomes import BasinEnd, End, Future, OrbitStatus, Reason, Verdict, Why
 from helimag.plots import _portraits, sweeps
 from helimag.runs import Heights, SlowTimes, judge
@@ -103,7 +103,7 @@ def test_what_an_end_implies(end):
 
 @pytest.mark.parametrize("end", End)
 def test_kernels_compare_with_the_same_numbers(end):
-    constants = {getattr(module, end.name) for module in (loop, recording, events) if hasattr(module, end.name)}
+    constants = {getattr(module, end.name) for module in (attempts, events, recording) if hasattr(module, end.name)}
     assert constants == {end.flag}, "made where such an end is found"
 
 

@@ -165,7 +165,12 @@ def build_follow(system: System) -> wp.Function:
 
 @wp.func
 def remembered(memory: Memory, run: int, leap: Leap, end: State, shape: Shape):
-    """Keep the turn that a leap aimed at as the newest."""
+    """Keep the turn that a leap aimed at as the newest; none whose numbers broke down, which no leap takes.
+
+    Turns that a polynomial does not go through are summed with a weight of zero, and zero times those is not zero.
+    """
+    if not wp.isfinite(end):
+        return
     slot = slot_of(leap.pushes)
     memory.numbers[run, slot] = leap.aim_number
     memory.places[run, slot] = leap.aim

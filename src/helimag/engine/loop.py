@@ -141,7 +141,7 @@ def build_until(system: System, method: Method) -> wp.Function:
                     left -= NODES
             t0 = runs.progress[run].time
             due = sample_time(schedule, runs.progress[run].sample)
-            if fine == 0 and t0 < due and (wp.static(not leaping) or t0 < runs.progress[run].leap.ready):
+            if fine == 0 and left > 0 and t0 < due and (wp.static(not leaping) or t0 < runs.progress[run].leap.ready):
                 if abreast == 1:
                     fine = IN_A_LANE
                 else:

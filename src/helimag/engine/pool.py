@@ -173,8 +173,7 @@ def build_asking(system: System, method: Method, steps: bool) -> wp.Function:
                     if fine == IN_A_LANE:
                         aims[run].now = now
                         aims[run].k0 = k0
-                        if goes_on(runs, run, left, aims[run]) == 0:  # what it asked for in vain took all that was left
-                            waiting[run].fine = 0
+                        goes_on(runs, run, left, aims[run])
                     if wp.static(leaping):
                         waiting[run].spin = spin_at(runs.drives[run], runs.progress[run].leap.origin)
                         waiting[run].start = runs.progress[run].leap.aim

@@ -1,7 +1,7 @@
 """Where the magnet is at the stages of a step: by sums and products from where it is at the step's start.
 
-Cosines and sines at each stage would take a quarter of a step's time, and lanes of a register have none. With equal
-steps, as in a turn (:mod:`helimag.engine.turns`), the angles are the same for all of them.
+Cosines and sines at each stage would cost much of a step's time, and lanes of a register have none. With equal steps,
+as in a turn (:mod:`helimag.engine.turns`), the angles are the same for all of them.
 """
 
 import math

@@ -94,8 +94,10 @@ def _compile(runs: Sequence[Scenario], resolved: ResolvedPlan) -> None:
 
 
 def _seconds(made: Sequence[Scenario | None], resolved: ResolvedPlan, cores: int) -> float:
-    """How long runs take (s), as many at once as in the sweep."""
-    jobs: list[Job] = [(core, partial(list, made[core::cores])) for core in range(min(cores, len(made)))]
+    """How long runs take (s), as many at once as in the sweep: chunks of neighbours, of its size or evenly smaller."""
+    parts = min(len(made), cores * math.ceil(len(made) / (cores * math.prod(resolved.chunk_shape))))
+    ends = [len(made) * part // parts for part in range(parts + 1)]
+    jobs: list[Job] = [(part, partial(list, made[ends[part] : ends[part + 1]])) for part in range(parts)]
     begun = time.perf_counter()
     for _ in Threads(cores).results(jobs, kept_of(resolved), lambda _: None):
         pass

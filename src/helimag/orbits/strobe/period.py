@@ -21,7 +21,15 @@ from helimag.engine import (
     to_moving,
 )
 from helimag.physics.balance import SHEETS, Sheet, Swimmer, moment_of
-from helimag.physics.kinematics import ArmMotion, State, attack_angle, head_position, rotation_matrix, rpm_pose
+from helimag.physics.kinematics import (
+    ArmMotion,
+    State,
+    arm_instant,
+    attack_angle,
+    head_position,
+    rotation_matrix,
+    rpm_pose,
+)
 from helimag.physics.magnetics import FieldSource
 
 ZERO = wp.constant(wp.float64(0.0))
@@ -110,7 +118,10 @@ def build_pass(system: System, method: Method, held: bool) -> wp.Kernel:
             t = passage.begin + wp.float64(k) * dt
             here = local(surroundings[passage.problem], head_position(state), rotation_matrix(state), sheets)
             k0 = balance(body, here, state, force, field)
-            state, error = trial(body, here, drive, magnets[passage.problem], control, t, dt, state, k0, kept, False)
+            now = arm_instant(drive, t)
+            state, error, within = trial(
+                body, here, drive, magnets[passage.problem], control, now, dt, state, k0, kept, False
+            )
             t += dt
             moving = to_moving(drive, t, state)
             if not free:
