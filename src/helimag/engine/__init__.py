@@ -6,7 +6,7 @@ watched), ``loop`` (the kernel), ``batch`` and ``running`` (launches on threads)
 (results).
 """
 
-from helimag.engine.accuracy import Accuracy, accuracy_of, refined
+from helimag.engine.accuracy import SURE, Accuracy, accuracy_of, refined
 from helimag.engine.batch import TOLERANCE
 from helimag.engine.control import Control
 from helimag.engine.dense import KEPT
@@ -48,6 +48,7 @@ __all__ = [
     "METHODS",
     "MULTIREVOLUTION",
     "OPEN_WATER",
+    "SURE",
     "TOLERANCE",
     "Accuracy",
     "Control",

@@ -173,7 +173,7 @@ def build_asking(system: System, method: Method, steps: bool) -> wp.Function:
                     if fine == IN_A_LANE:
                         aims[run].now = now
                         aims[run].k0 = k0
-                        goes_on(runs, run, left, aims[run])
+                        goes_on(runs, run, left, aims[run])  # it does: there are steps left, see ``until``
                     if wp.static(leaping):
                         waiting[run].spin = spin_at(runs.drives[run], runs.progress[run].leap.origin)
                         waiting[run].start = runs.progress[run].leap.aim

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from helimag.engine import frame_moves, simulate, system_of
+from helimag.engine import SURE, frame_moves, simulate, system_of
 from helimag.errors import HelimagError
 from helimag.orbits import explain
 from helimag.runs import Trajectory
@@ -185,7 +185,7 @@ class Live:
             yield News(question.number, Stage.WHOLE, answered(run), run, pictured(run))
         self._wait(question, REST)
         if run.heights.multiply_errors:
-            run = simulate(question.scenario, progress=go_on)
+            run = simulate(question.scenario, tolerance=SURE, refine=False, progress=go_on)  # not the rough one again
             go_on(0.0)
             yield News(question.number, Stage.WHOLE, answered(run), run, pictured(run))
         outlook = explain(run, progress=go_on)
