@@ -1,10 +1,10 @@
 """What a run costs in a batch, whose steps and turns go into the lanes of vector registers, beside the same by itself.
 
-User CPU time of one thread; batches in turn in each round, so that what slows the machine slows all; the least of the
-rounds. Batches of 64 are taken in parts of sixteen.
+CPU time, user's and system's, of one thread; batches in turn in each round, so that what slows the machine slows all;
+the least of the rounds. Batches of 64 are taken in parts of sixteen.
 """
 
-import resource
+import time
 from collections.abc import Sequence
 
 from helimag import load
@@ -22,10 +22,10 @@ SWEEP = [
 
 
 def spent(runs: Sequence[Scenario], method: str, tolerance: float) -> float:
-    """User CPU time of a batch (s)."""
-    begun = resource.getrusage(resource.RUSAGE_SELF).ru_utime
+    """CPU time of a batch (s)."""
+    begun = time.process_time()
     advance(runs, method=METHODS[method], tolerance=tolerance, threads=1)
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime - begun
+    return time.process_time() - begun
 
 
 def least(batches: Sequence[Sequence[Sequence[Scenario]]], method: str, tolerance: float) -> list[float]:

@@ -2,7 +2,7 @@
 
     python benchmarks/short_intervals.py
 
-Runs of 20 s. Times are those of the kernel, user CPU of one core, the least of several, both in turn. Errors are
+Runs of 20 s. Times are those of the kernel, CPU of one core, the least of several, both in turn. Errors are
 against steps to each sample at a tolerance of 1e-11, at all samples of 5 s: of the head's place, and of the quaternion.
 """
 

@@ -4,7 +4,7 @@
 
 Every code's right-hand side is first held against helimag's kernel on random states. Then each gets the loosest
 tolerance that brings the head within 1e-6 m and within 1e-8 m of the exact place after 100 s, and is timed over
-`paper/fig3c` (1800 s) in user CPU seconds; the fastest also over most of the other presets of Fig. 3. The peers give
+`paper/fig3c` (1800 s) in CPU seconds; the fastest also over most of the other presets of Fig. 3. The peers give
 their last state and nothing else; helimag also samples, gathers extremes, counts slips and watches for events. Peers
 that are not installed are named and left out.
 Writes benchmarks/results/peers.json, from which benchmarks/peers/figure.py draws.
@@ -85,7 +85,7 @@ def compared(codes: list[Code], found: dict[str, Tuning], target: float, duratio
 def print_table(rows: list[dict], preset: str, duration: float, target: float) -> None:
     print(
         f"\n{preset}, {duration:g} s, error at {HORIZON:g} s within {target:.0e} m;"
-        " user CPU time a run, least to most in brackets"
+        " CPU time a run, least to most in brackets"
     )
     print(f"{'code':38s} {'tolerance':>9s} {'error':>9s} {'ms a run':>25s} {'times helimag':>21s}")
     for row in rows:

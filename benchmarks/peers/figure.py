@@ -35,7 +35,7 @@ def main() -> None:
         axes.loglog(*zip(*points, strict=True), "o-" if ours else ".-", lw=2.2 if ours else 1.2, label=name,
                     color=next(colors[ours]))  # fmt: skip
     axes.set_xlabel("error of the head's place after 100 s (m)")
-    axes.set_ylabel("user CPU time a run (s)")
+    axes.set_ylabel("CPU time a run (s)")
     axes.set_title(f"{found['preset']}, 1800 s, one core", fontsize=10)
     axes.grid(which="major", alpha=0.3)
     axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)

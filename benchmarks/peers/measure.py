@@ -1,7 +1,7 @@
 """Tolerances for equal errors, and times in interleaved rounds."""
 
 import math
-import resource
+import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,11 +11,6 @@ DECADES = range(3, 14)  # of tolerances that are tried
 HORIZON = 100.0  # s; where errors are measured
 NEAR = 0.5  # of the error aimed at: closer is near enough
 HALVINGS = 3  # of the way between two tolerances, where none is near enough
-
-
-def user() -> float:
-    """User CPU time of this process, all its threads (s)."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
 
 
 @dataclass
@@ -62,14 +57,14 @@ class Tuning:
 
 
 def timed(code: Code, duration: float, tolerance: float) -> float:
-    """User CPU seconds of one run."""
-    begun = user()
+    """CPU seconds of one run, user's and system's: ticks of 4 ms tell one from the other, too coarse for a run."""
+    begun = time.process_time()
     code.run(code.share * duration, tolerance)
-    return (user() - begun) / code.share / code.runs
+    return (time.process_time() - begun) / code.share / code.runs
 
 
 def rounds(codes: list[tuple[Code, float]], duration: float, count: int) -> Floats:
     """Seconds a run, codes in turn in each round: (rounds, codes)."""
     for code, tolerance in codes:
-        code.run(1.0, tolerance)  # compiles
+        code.run(HORIZON, tolerance)  # compiles what long runs take
     return np.array([[timed(code, duration, tolerance) for code, tolerance in codes] for _ in range(count)])
