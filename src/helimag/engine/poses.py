@@ -32,9 +32,15 @@ class Ahead:
 
 
 @wp.func
+def spin_ahead(spin: wp.vec2d, cosine: wp.float64, sine: wp.float64) -> wp.vec2d:
+    """Cosine and sine of the magnet's spin, turned on by the angle of this cosine and sine."""
+    return wp.vec2d(spin[0] * cosine - spin[1] * sine, spin[1] * cosine + spin[0] * sine)
+
+
+@wp.func
 def spin_at_stage(spin: wp.vec2d, ahead: StageSpins, i: int) -> wp.vec2d:
     """Cosine and sine of an angle at a step's start, turned on to stage ``i``."""
-    return wp.vec2d(spin[0] * ahead[0, i] - spin[1] * ahead[1, i], spin[1] * ahead[0, i] + spin[0] * ahead[1, i])
+    return spin_ahead(spin, ahead[0, i], ahead[1, i])
 
 
 @cache

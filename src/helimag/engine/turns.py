@@ -12,7 +12,7 @@ import warp as wp
 
 from helimag.engine import tableau
 from helimag.engine.moving import frame_rates, gone_on
-from helimag.engine.poses import StageSpins, build_stage_spins, spin_at_stage
+from helimag.engine.poses import StageSpins, build_stage_spins, spin_ahead, spin_at_stage
 from helimag.engine.stages import STAGES, Stages, weighted_sum
 from helimag.engine.system import System, build_rates_at
 from helimag.physics.balance import SHEETS, Sheet, Swimmer
@@ -38,11 +38,15 @@ TINY = wp.constant(wp.float64(1e-300))
 PER_NODE = wp.constant(wp.float64(2.0 * math.pi / NODES))
 HALF_COSINE = wp.constant(wp.float64(math.cos(math.pi / NODES)))
 HALF_SINE = wp.constant(wp.float64(math.sin(math.pi / NODES)))
-ANGLES = np.arange(NODES) * 2.0 * math.pi / NODES
+NODE_ANGLES = np.arange(NODES) * 2.0 * math.pi / NODES
 # cosine and sine of the angle at each node, and of half of it
 AT_NODES = wp.constant(
     wp.types.matrix(shape=(NODES, 4), dtype=wp.float64)(
-        *np.stack([np.cos(ANGLES), np.sin(ANGLES), np.cos(ANGLES / 2.0), np.sin(ANGLES / 2.0)], axis=1).ravel().tolist()
+        *np.stack(
+            [np.cos(NODE_ANGLES), np.sin(NODE_ANGLES), np.cos(NODE_ANGLES / 2.0), np.sin(NODE_ANGLES / 2.0)], axis=1
+        )
+        .ravel()
+        .tolist()
     )
 )
 ROLL_SHARE = wp.constant(wp.float64(ROLL_PER_STEP))
@@ -60,12 +64,6 @@ class Turn:
     cosine: wp.float64  # least, of the phase lag
     lag: wp.vec2d  # at the end, see ``synchrony``
     reach: wp.float64  # furthest from the start, of head or of the tail's end, m
-
-
-@wp.func
-def spin_ahead(spin: wp.vec2d, cosine: wp.float64, sine: wp.float64) -> wp.vec2d:
-    """Cosine and sine of the magnet's spin, turned on by the angle of this cosine and sine."""
-    return wp.vec2d(spin[0] * cosine - spin[1] * sine, spin[1] * cosine + spin[0] * sine)
 
 
 @wp.func

@@ -36,7 +36,7 @@ class FieldSource:
 @wp.func
 def dipole_field(r: wp.vec3d, moment: wp.vec3d) -> wp.vec3d:
     """Flux density (T) at ``r`` (m) from a point dipole ``moment`` (A m^2) at the origin: eq. (9)."""
-    inverse = ONE / wp.length(r)  # divisions take as long as all else here
+    inverse = ONE / wp.length(r)  # one division for all that distance divides
     axis = inverse * r
     return (MU0_OVER_4PI * inverse * inverse * inverse) * (THREE * wp.dot(axis, moment) * axis - moment)
 
